@@ -1,0 +1,129 @@
+"""Demonstrations: recorded from a pilot, and replayed into lessons.
+
+A demonstration keeps the seed, what was flown and the pilot's commands. Replaying it through the
+simulator with whatever eyes and camera are asked for gives the ball's state at the trigger and the
+navdata of the motion: a lesson. The label is what navdata say, never the truth.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import astuple, replace
+
+import numpy as np
+
+from rotorpong.conventions import InputError, RotorpongError
+from rotorpong.drone import BallEstimate, Eyes, VelocityCommand
+from rotorpong.experience import Demonstration
+from rotorpong.lab.seeds import trial_generators
+from rotorpong.lab.serving import serve_source
+from rotorpong.lab.spec import Spec
+from rotorpong.physics.camera import GAZEBO
+from rotorpong.play.lessons import Lesson, reward_of
+from rotorpong.play.odometer import Odometer
+from rotorpong.play.paper import PaperSettings
+from rotorpong.play.pilot import ScriptedPilot
+from rotorpong.vision import PaperEyes
+from rotorpong.world.simulated_drone import SimulatedDrone, Tape
+
+FLOWN = {"vehicle": "tum_gazebo", "serves": "human"}
+PILOT = "scripted"
+MOST_SERVES_PER_HIT = 50
+
+Progress = Callable[[int, int], None]
+"""(done, of how many), called as work goes on."""
+
+
+def record_demonstrations(
+    seed: int, count: int = 10, progress: Progress | None = None
+) -> tuple[Demonstration, ...]:
+    """Let the scripted pilot play until it has hit `count` balls; keep those.
+
+    Raises:
+        RotorpongError: it hit too few in 50 serves each.
+    """
+    kept: list[Demonstration] = []
+    for trial in range(MOST_SERVES_PER_HIT * count):
+        if len(kept) == count:
+            break
+        demonstration = _demonstration(seed, trial)
+        if demonstration is not None:
+            kept.append(demonstration)
+            if progress is not None:
+                progress(len(kept), count)
+    if len(kept) < count:
+        raise RotorpongError(f"the scripted pilot hit {len(kept)} balls, expected {count}")
+    return tuple(kept)
+
+
+def replay(demonstration: Demonstration, spec: Spec) -> Lesson | None:
+    """Fly a demonstration again before the eyes and camera of a spec.
+
+    Returns:
+        The lesson; `None` if these eyes never saw the ball cross the plane.
+
+    Raises:
+        InputError: it was flown on what is not known here, or no longer ends in a hit.
+    """
+    if dict(demonstration.spec) != FLOWN:
+        raise InputError(f"demonstration flown on {dict(demonstration.spec)}: expected {FLOWN}")
+    flown = replace(spec, vehicle="tum_gazebo", serves="human", seed=demonstration.seed)
+    tape = [(row[0], VelocityCommand(*row[1:])) for row in demonstration.commands.tolist()]
+    drone = _drone(flown, demonstration.trial, tape)
+    odometer, trigger = _watch(drone, flown.make_eyes(drone))
+    verdict = drone.verdict()
+    if verdict.contact_time is None:
+        raise InputError(
+            f"demonstration {demonstration.trial} of seed {demonstration.seed} no longer hits: "
+            "it was recorded with another version of the simulator"
+        )
+    if trigger is None or trigger.time >= verdict.contact_time:
+        return None
+    ball = np.concatenate([trigger.position, trigger.velocity])
+    return Lesson(ball, odometer.path(trigger.time, verdict.contact_time), reward_of(verdict))
+
+
+def lessons_of(
+    demonstrations: Sequence[Demonstration], spec: Spec, progress: Progress | None = None
+) -> tuple[Lesson, ...]:
+    """Replay demonstrations; those whose ball the eyes did not see teach nothing."""
+    lessons = []
+    for done, demonstration in enumerate(demonstrations, start=1):
+        lessons.append(replay(demonstration, spec))
+        if progress is not None:
+            progress(done, len(demonstrations))
+    return tuple(lesson for lesson in lessons if lesson is not None)
+
+
+def _demonstration(seed: int, trial: int) -> Demonstration | None:
+    pilot, spec = ScriptedPilot(), Spec(seed=seed)
+    drone = _drone(spec, trial, ())
+    eyes = PaperEyes(GAZEBO, whole_pixels=False)
+    pilot.play(drone, eyes, trial_generators(seed, "demonstrate", trial).player)
+    if drone.verdict().outcome != "hit":
+        return None
+    rows = [(time, *astuple(command)) for time, command in pilot.commands]
+    return Demonstration(seed, trial, FLOWN, PILOT, np.array(rows))
+
+
+def _drone(spec: Spec, trial: int, tape: Tape) -> SimulatedDrone:
+    generators = trial_generators(spec.seed, "demonstrate", trial)
+    serve = serve_source(spec.serves, spec.seed)(trial, generators.serve)
+    return SimulatedDrone(
+        serve,
+        replace(spec.setting(), blackout=False),
+        vehicle_rng=generators.vehicle,
+        sensor_rng=generators.sensors,
+        tape=tape,
+    )
+
+
+def _watch(drone: SimulatedDrone, eyes: Eyes) -> tuple[Odometer, BallEstimate | None]:
+    odometer, trigger, settings = Odometer(), None, PaperSettings()
+    while (observation := drone.observe()) is not None:
+        odometer.add(observation.navdata)
+        if trigger is None:
+            estimate = eyes.see(observation)
+            if estimate is not None and settings.triggers(estimate):
+                trigger = estimate
+    if drone.last_navdata is not None:
+        odometer.add(drone.last_navdata)
+    return odometer, trigger

@@ -1,0 +1,127 @@
+"""What is played against what: everything that decides the result of a command, by name.
+
+A spec is frozen, cheap to pickle and made of plain values, so a worker process builds from it the
+same world, eyes and player as the parent. Everything is checked here, at the door.
+"""
+
+import importlib.util
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from rotorpong.conventions import InputError
+from rotorpong.drone import Eyes, Player
+from rotorpong.physics.camera import CAMERAS, Camera
+from rotorpong.physics.vehicle import TUM_GAZEBO, Vehicle
+from rotorpong.vision import PaperEyes, read_camera
+from rotorpong.world.racket import RACKETS
+from rotorpong.world.simulated_drone import Setting, SimulatedDrone
+from rotorpong.world.truth_eyes import TruthEyes
+
+PLAYERS = ("hover", "paper")
+LEARNERS = ("paper",)
+EYES = ("truth", "paper")
+VEHICLES: dict[str, Vehicle] = {TUM_GAZEBO.name: TUM_GAZEBO}
+LARGEST_SEED = 2**63 - 1
+
+
+@dataclass(frozen=True, slots=True)
+class Spec:
+    """One setting of the game. Strings are names, or files where files are possible."""
+
+    player: str = "paper"
+    eyes: str = "paper"
+    vehicle: str = "tum_gazebo"
+    camera: str = "gazebo"
+    serves: str = "human"
+    seed: int = 0
+    racket: str = "cardboard"
+    blackout: bool = False
+
+    def check(self) -> "Spec":
+        """Return the spec if everything in it can be built.
+
+        Raises:
+            InputError: something is unknown, unreadable or does not go together.
+        """
+        if not self.is_own_player:
+            require_choice("player", self.player, PLAYERS, "or your own as FILE.py:CLASS")
+        require_choice("eyes", self.eyes, EYES)
+        require_choice("vehicle", self.vehicle, tuple(VEHICLES))
+        require_choice("racket", self.racket, tuple(RACKETS))
+        require_seed(self.seed)
+        if self.blackout and self.eyes == "truth":
+            raise InputError("--blackout with eyes truth: they look at no frame; choose paper eyes")
+        self.camera_profile()
+        return self
+
+    @property
+    def is_own_player(self) -> bool:
+        """Whether the player is a user's own class."""
+        return ".py:" in self.player
+
+    def camera_profile(self) -> Camera:
+        """Return the camera: a profile by name, or the user's calibration file."""
+        if self.camera in CAMERAS:
+            return CAMERAS[self.camera]
+        if not Path(self.camera).exists():
+            raise InputError(
+                f"camera {self.camera!r}: expected one of {', '.join(CAMERAS)}, "
+                "or a calibration file (OpenCV YAML or JSON)"
+            )
+        return read_camera(self.camera)
+
+    def setting(self) -> Setting:
+        """Return what the serves meet."""
+        return Setting(
+            VEHICLES[self.vehicle],
+            self.camera_profile(),
+            racket=RACKETS[self.racket],
+            blackout=self.blackout,
+        )
+
+    def make_eyes(self, drone: SimulatedDrone) -> Eyes:
+        """Return fresh eyes for one serve."""
+        return TruthEyes(drone) if self.eyes == "truth" else PaperEyes(drone.camera)
+
+
+def require_choice(what: str, given: str, available: tuple[str, ...], more: str = "") -> None:
+    """Raise InputError unless `given` is one of `available`."""
+    if given not in available:
+        known = ", ".join(available) + (f", {more}" if more else "")
+        raise InputError(f"unknown {what} {given!r}: expected one of {known}")
+
+
+def require_count(what: str, given: int, least: int = 1) -> None:
+    """Raise InputError unless `given` is a whole number of at least `least`."""
+    if given < least:
+        raise InputError(f"{what} {given}: expected a whole number of at least {least}")
+
+
+def require_seed(seed: int) -> None:
+    """Raise InputError unless a generator can start from `seed`."""
+    if not 0 <= seed <= LARGEST_SEED:
+        raise InputError(f"seed {seed}: expected a whole number from 0 to {LARGEST_SEED}")
+
+
+def own_player(name: str) -> Callable[[], Player]:
+    """Load a user's class from `FILE.py:CLASS`.
+
+    Raises:
+        InputError: no such file or class, the file fails, or the class is no Player.
+    """
+    path, _, class_name = name.rpartition(":")
+    if not Path(path).is_file():
+        raise InputError(f"player {name!r}: no file {path!r}; expected FILE.py:CLASS")
+    module_spec = importlib.util.spec_from_file_location(f"player_{Path(path).stem}", path)
+    if module_spec is None or module_spec.loader is None:
+        raise InputError(f"player {name!r}: {path!r} is no Python file")
+    module = importlib.util.module_from_spec(module_spec)
+    try:
+        module_spec.loader.exec_module(module)
+        made = getattr(module, class_name)()
+    except Exception as error:  # a user's file may fail in any way
+        raise InputError(f"player {name!r}: {type(error).__name__}: {error}") from error
+    if not isinstance(made, Player):
+        raise InputError(f"player {name!r}: expected a class with play(drone, eyes, rng) and learn")
+    return getattr(module, class_name)

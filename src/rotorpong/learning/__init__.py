@@ -1,0 +1,7 @@
+"""Learning: from a ball to a hitting point, and from rewards to the primitives worth trusting."""
+
+from rotorpong.learning.bayesian import BayesianLinearRegression
+from rotorpong.learning.crkr import CrKR
+from rotorpong.learning.mixture import Mixture
+
+__all__ = ["BayesianLinearRegression", "CrKR", "Mixture"]

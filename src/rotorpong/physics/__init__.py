@@ -1,0 +1,1 @@
+"""How ball, bounce, vehicle and camera behave: equations only, no world, no state."""

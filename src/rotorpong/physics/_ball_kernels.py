@@ -1,0 +1,76 @@
+"""The equations of `ball`, compiled. A state is (position, velocity, spin), nine floats."""
+
+import math
+
+from rotorpong.conventions import BALL_RADIUS, GRAVITY
+from rotorpong.kernels import kernel
+
+
+@kernel
+def acceleration(vx, vy, vz, wx, wy, wz, air):
+    """Return dv/dt."""
+    speed = math.sqrt(vx * vx + vy * vy + vz * vz)
+    return (
+        -air.drag * speed * vx + air.magnus * (wy * vz - wz * vy),
+        -air.drag * speed * vy + air.magnus * (wz * vx - wx * vz),
+        -air.drag * speed * vz + air.magnus * (wx * vy - wy * vx) - GRAVITY,
+    )
+
+
+@kernel
+def step(state, dt, air, out):
+    """Advance one state by dt with RK4 into `out` (which may be `state`)."""
+    vx, vy, vz = state[3], state[4], state[5]
+    wx, wy, wz = state[6], state[7], state[8]
+    h = 0.5 * dt
+    ax, ay, az = acceleration(vx, vy, vz, wx, wy, wz, air)
+    bx, by, bz = acceleration(vx + h * ax, vy + h * ay, vz + h * az, wx, wy, wz, air)
+    cx, cy, cz = acceleration(vx + h * bx, vy + h * by, vz + h * bz, wx, wy, wz, air)
+    dx, dy, dz = acceleration(vx + dt * cx, vy + dt * cy, vz + dt * cz, wx, wy, wz, air)
+    s = dt * dt / 6.0
+    out[0] = state[0] + dt * vx + s * (ax + bx + cx)
+    out[1] = state[1] + dt * vy + s * (ay + by + cy)
+    out[2] = state[2] + dt * vz + s * (az + bz + cz)
+    k = dt / 6.0
+    out[3] = vx + k * (ax + 2.0 * bx + 2.0 * cx + dx)
+    out[4] = vy + k * (ay + 2.0 * by + 2.0 * cy + dy)
+    out[5] = vz + k * (az + 2.0 * bz + 2.0 * cz + dz)
+    out[6], out[7], out[8] = wx, wy, wz
+
+
+@kernel
+def fly(states, air, dt, steps):
+    """Advance every state by `steps` steps, in place."""
+    for i in range(states.shape[0]):
+        for _ in range(steps):
+            step(states[i], dt, air, states[i])
+
+
+@kernel
+def bounce(state, normal, surface_velocity, surface):
+    """Change velocity and spin of a ball that touches a moving surface."""
+    nx, ny, nz = normal[0], normal[1], normal[2]
+    vx = state[3] - surface_velocity[0]
+    vy = state[4] - surface_velocity[1]
+    vz = state[5] - surface_velocity[2]
+    approach = vx * nx + vy * ny + vz * nz
+    if approach >= 0.0:
+        return
+    wx, wy, wz = state[6], state[7], state[8]
+    ux = vx - approach * nx - BALL_RADIUS * (wy * nz - wz * ny)
+    uy = vy - approach * ny - BALL_RADIUS * (wz * nx - wx * nz)
+    uz = vz - approach * nz - BALL_RADIUS * (wx * ny - wy * nx)
+    slip = math.sqrt(ux * ux + uy * uy + uz * uz)
+    grip = 0.0
+    if slip > 0.0:
+        limit = surface.friction * (1.0 + surface.restitution) * -approach
+        grip = min(0.4, limit / slip)
+    jx, jy, jz = -grip * ux, -grip * uy, -grip * uz
+    lift = -(1.0 + surface.restitution) * approach
+    state[3] += jx + lift * nx
+    state[4] += jy + lift * ny
+    state[5] += jz + lift * nz
+    turn = 1.5 / BALL_RADIUS
+    state[6] = wx - turn * (ny * jz - nz * jy)
+    state[7] = wy - turn * (nz * jx - nx * jz)
+    state[8] = wz - turn * (nx * jy - ny * jx)

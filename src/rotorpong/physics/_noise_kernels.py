@@ -1,0 +1,38 @@
+"""Compiled random numbers by counter; the method is explained in `noise`."""
+
+import math
+
+import numpy as np
+
+from rotorpong.kernels import kernel
+
+STRIDE = np.uint64(0x9E3779B97F4A7C15)  # splitmix64: 2^64 over the golden ratio
+FIRST_FACTOR = np.uint64(0xBF58476D1CE4E5B9)
+SECOND_FACTOR = np.uint64(0x94D049BB133111EB)
+UNIT = 2.0**-53
+
+
+@kernel
+def uniform(key, index):
+    """Return number `index` of the sequence `key`, in [0, 1)."""
+    z = key + np.uint64(index + 1) * STRIDE
+    z = (z ^ (z >> np.uint64(30))) * FIRST_FACTOR
+    z = (z ^ (z >> np.uint64(27))) * SECOND_FACTOR
+    z ^= z >> np.uint64(31)
+    return np.float64(z >> np.uint64(11)) * UNIT
+
+
+@kernel
+def normal(key, index):
+    """Return number `index` of the standard normal sequence `key` (Box and Muller)."""
+    radius = math.sqrt(-2.0 * math.log(1.0 - uniform(key, 2 * index)))
+    return radius * math.cos(2.0 * math.pi * uniform(key, 2 * index + 1))
+
+
+@kernel
+def normal_rows(key, first, rows):
+    """Fill `rows` (n, channels) with the numbers of samples first, first + 1, ..."""
+    n, channels = rows.shape
+    for i in range(n):
+        for j in range(channels):
+            rows[i, j] = normal(key, (first + i) * channels + j)

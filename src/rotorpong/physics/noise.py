@@ -1,0 +1,35 @@
+"""Random numbers by counter: number i of a sequence is a function of (key, i) and of nothing else.
+
+A key is drawn once per serve. Whatever is computed from it later does not depend on how often, in
+which order or in what portions one asks, and a frozen state that holds the key holds all the noise
+still to come. The bits are those of splitmix64 started at the key (Steele, Lea, Flood, "Fast
+splittable pseudorandom number generators", 2014); normal numbers follow by Box and Muller.
+"""
+
+import numpy as np
+from jaxtyping import Float, UInt64
+from numpy import ndarray
+
+from rotorpong.physics._noise_kernels import normal_rows
+
+Keys = UInt64[ndarray, "*batch"]
+
+
+def draw_keys(rng: np.random.Generator, shape: tuple[int, ...] = ()) -> Keys:
+    """Draw one key for each sequence of the batch."""
+    return np.asarray(rng.integers(0, 2**64, size=shape, dtype=np.uint64))
+
+
+def normal_samples(
+    key: UInt64[ndarray, ""], first: int, shape: tuple[int, int]
+) -> Float[ndarray, "n channels"]:
+    """Return standard normal numbers for the samples first, first + 1, ...
+
+    Args:
+        key: the sequence.
+        first: number of the first sample, from 0.
+        shape: how many samples, and how many channels each of them has.
+    """
+    rows = np.empty(shape)
+    normal_rows(key[()], first, rows)
+    return rows

@@ -1,0 +1,1 @@
+"""Players: see, estimate, choose, hit, learn. They never reach the simulator."""

@@ -1,0 +1,201 @@
+"""The paper's player: trigger, hitting point, mixture of primitives, open loop, learning from hits.
+
+1. It hovers until its eyes first see the ball nearer than the 2.5 m plane (Fig. 6). That instant is
+   t_i, and the ball's state then is s.
+2. CrKR (6) gives the hitting point delta(s): displacement, velocity, duration.
+3. gamma_k = exp(V_k(s, delta)) weighs the primitives of the library into one.
+4. The motion's velocities are the commands, until the duration is over; then it hovers.
+5. From a hit it learns (s, delta) with cost 1/r and updates the V_k, each as far as it took part.
+
+s is the state in the camera frame; delta is in level axes aligned with the camera and frozen at
+t_i. Both are standardised by mean and deviation of the demonstrations, frozen. What delta is
+learnt from is a choice: `commanded` (where it meant to be, exploration included; the duration as
+measured) or `achieved` (where navdata say it was: the paper's text).
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from rotorpong.control import held_velocity
+from rotorpong.conventions import InputError
+from rotorpong.drone import HOVER, BallEstimate, Drone, Eyes, Observation, VelocityCommand, Verdict
+from rotorpong.experience import Attempt
+from rotorpong.learning import CrKR, Mixture
+from rotorpong.play.lessons import Lesson, cost_of, hitting_point, reward_of
+from rotorpong.play.odometer import Odometer
+from rotorpong.primitives import Dmp, Library, State, fit_dmp
+
+SHORTEST, LONGEST = 0.2, 1.5  # s: durations that a motion is given
+DEFAULT_INTERVAL = 1.0 / 30.0  # s, between commands as long as only one frame was seen
+SMALLEST_SD = 1e-3  # of a standardised quantity that hardly varies in the demonstrations
+
+
+@dataclass(frozen=True, slots=True)
+class PaperSettings:
+    """The choices that the paper leaves open."""
+
+    plane_distance: float = 2.5  # m
+    trigger: Literal["plane", "distance"] = "plane"
+    labels: Literal["commanded", "achieved"] = "commanded"
+    exploration_sd: float = 0.10  # m, each axis of the hitting point's position, in training
+    length_scale: float = 3.0  # of CrKR, in standard deviations of the demonstrations
+    regularization: float = 0.1  # lambda of Eq. (6)
+
+    def triggers(self, estimate: BallEstimate) -> bool:
+        """Tell whether the ball has come nearer than the plane, or than that distance."""
+        place = estimate.position
+        near = place[2] if self.trigger == "plane" else np.linalg.norm(place)
+        return bool(near < self.plane_distance)
+
+
+@dataclass(frozen=True, slots=True)
+class _Plan:
+    """A motion being executed."""
+
+    begin: float  # s, t_i
+    ball: Float[ndarray, "6"]
+    goal: Float[ndarray, "7"]
+    weights: Float[ndarray, "k"]
+    dmp: Dmp
+    start: State
+
+
+@dataclass(frozen=True, slots=True)
+class _Scale:
+    """Mean and standard deviation of the demonstrations, frozen."""
+
+    mean: Float[ndarray, "d"]
+    sd: Float[ndarray, "d"]
+
+    @classmethod
+    def of(cls, rows: Float[ndarray, "n d"]) -> "_Scale":
+        return cls(rows.mean(axis=0), np.maximum(rows.std(axis=0), SMALLEST_SD))
+
+    def standard(self, row: Float[ndarray, "d"]) -> Float[ndarray, "d"]:
+        return (row - self.mean) / self.sd
+
+
+class PaperPlayer:
+    """Plays serve after serve with what it has learnt so far."""
+
+    def __init__(
+        self,
+        lessons: Sequence[Lesson],
+        settings: PaperSettings | None = None,
+        *,
+        explore: bool = False,
+    ) -> None:
+        """Take in the demonstrations.
+
+        Args:
+            lessons: at least two demonstrated hits.
+            settings: what the paper leaves open.
+            explore: vary the hitting points, as in training.
+
+        Raises:
+            InputError: fewer than two lessons.
+        """
+        if len(lessons) < 2:
+            raise InputError(f"{len(lessons)} demonstrations: expected at least 2 to learn from")
+        self._settings = settings or PaperSettings()
+        self._explore = explore
+        self.library = Library(tuple(_primitive(lesson) for lesson in lessons))
+        self._ball_scale = _Scale.of(np.stack([lesson.ball for lesson in lessons]))
+        self._goal_scale = _Scale.of(np.stack([lesson.hitting_point for lesson in lessons]))
+        self._crkr = CrKR(
+            np.full(6, self._settings.length_scale), self._settings.regularization
+        )
+        self._mixture = Mixture.prior(len(lessons), features=14)
+        self._plan: _Plan | None = None
+        self._odometer = Odometer()
+        for k, lesson in enumerate(lessons):
+            credit = np.eye(len(lessons))[k]
+            self.remember(Attempt(lesson.ball, lesson.hitting_point, credit), lesson.reward)
+
+    def play(self, drone: Drone, eyes: Eyes, rng: np.random.Generator) -> None:
+        """Play one serve."""
+        self._plan, self._odometer = None, Odometer()
+        interval, before = DEFAULT_INTERVAL, math.nan
+        while (observation := drone.observe()) is not None:
+            self._odometer.add(observation.navdata)
+            now = observation.arrival_time
+            interval = interval if math.isnan(before) else now - before
+            before = now
+            if self._plan is None:
+                self._plan = self._plan_at(eyes.see(observation), rng)
+            drone.command(self._command(now, interval))
+
+    def learn(self, verdict: Verdict) -> None:
+        """Learn from the serve just played, if it was a hit."""
+        attempt = self.attempt(verdict)
+        if verdict.outcome == "hit" and attempt is not None:
+            self.remember(attempt, reward_of(verdict))
+
+    def attempt(self, verdict: Verdict) -> Attempt | None:
+        """Return what was tried in the serve just played, labelled; `None` if nothing was."""
+        if self._plan is None:
+            return None
+        plan, goal = self._plan, self._plan.goal
+        if verdict.contact_time is not None and verdict.contact_time > plan.begin:
+            if self._settings.labels == "achieved":
+                goal = hitting_point(self._odometer.path(plan.begin, verdict.contact_time))
+            else:
+                goal = np.append(goal[:6], verdict.contact_time - plan.begin)
+        return Attempt(plan.ball, goal, plan.weights)
+
+    def remember(self, attempt: Attempt, reward: float) -> None:
+        """Add one success to the estimator and the mixture."""
+        ball, goal = attempt.state, attempt.hitting_point
+        self._crkr.partial_fit(
+            self._ball_scale.standard(ball)[None],
+            (goal - self._goal_scale.mean)[None],
+            cost=np.array([cost_of(reward)]),
+        )
+        features = self._features(ball, goal)
+        self._mixture = self._mixture.update(features, reward, attempt.mixture_weights)
+
+    def hitting_point(self, ball: Float[ndarray, "6"]) -> Float[ndarray, "7"]:
+        """Return delta(s) of Eq. (6) for a ball at the plane."""
+        standard = self._ball_scale.standard(ball)[None]
+        return self._crkr.predict(standard)[0] + self._goal_scale.mean
+
+    def _plan_at(self, estimate: BallEstimate | None, rng: np.random.Generator) -> _Plan | None:
+        if estimate is None or not self._settings.triggers(estimate):
+            return None
+        ball = np.concatenate([estimate.position, estimate.velocity])
+        goal = self.hitting_point(ball)
+        if self._explore:
+            goal[:3] += rng.normal(0.0, self._settings.exploration_sd, size=3)
+        goal[6] = np.clip(goal[6], SHORTEST, LONGEST)
+        weights = self._mixture.weights(self._features(ball, goal))
+        start = State(np.zeros(3), self._odometer.velocity(estimate.time))
+        return _Plan(estimate.time, ball, goal, weights, self.library.mix(weights), start)
+
+    def _features(
+        self, ball: Float[ndarray, "6"], goal: Float[ndarray, "7"]
+    ) -> Float[ndarray, "14"]:
+        parts = [[1.0], self._ball_scale.standard(ball), self._goal_scale.standard(goal)]
+        return np.concatenate(parts)
+
+    def _command(self, now: float, interval: float) -> VelocityCommand:
+        plan = self._plan
+        if plan is None:
+            return HOVER
+        duration = float(plan.goal[6])
+        begin, end = now - plan.begin, min(now - plan.begin + interval, duration)
+        if end <= begin:
+            return HOVER
+        goal = State(plan.goal[:3], plan.goal[3:6])
+        motion = plan.dmp.roll_out(plan.start, goal, duration, np.array([begin, end]))
+        return held_velocity(motion.position[0], motion.position[1], end - begin)
+
+
+def _primitive(lesson: Lesson) -> Dmp:
+    path = lesson.path
+    return fit_dmp(path.times, path.positions, velocities=path.velocities)

@@ -1,0 +1,254 @@
+"""The user's own camera, from the calibration files that tools write.
+
+Three layouts, recognised by their keys; keys are compared in lower case:
+
+- OpenCV `FileStorage`, YAML or JSON: `camera_matrix`, `distortion_coefficients` (each with `rows`,
+  `cols`, `data`), `image_width`, `image_height`;
+- ROS `camera_info` YAML: the same keys, `distortion_model: plumb_bob`;
+- plain JSON: `fx fy cx cy width height`, optionally `k1 k2 p1 p2 k3` and `name`, nothing else.
+
+Distortion is k1 k2 p1 p2 [k3]; further coefficients must be zero. The YAML reader knows mappings of
+scalars, lists and mappings, the two tags OpenCV writes, and nothing else of YAML.
+"""
+
+import json
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rotorpong.conventions import InputError
+from rotorpong.physics.camera import Camera, directions, project
+
+LARGEST_FILE = 4 * 2**20  # bytes
+DEEPEST_INDENT = 64  # columns
+LARGEST_SIDE_PX = 16384
+FOCAL_LENGTHS = (0.1, 100.0)  # of the picture's width: 157 to 0.6 degrees
+ROUND_TRIP_PX = 0.1  # a pixel undistorted and projected again
+PLAIN_KEYS = ("fx", "fy", "cx", "cy", "width", "height")
+PLAIN_DISTORTION = ("k1", "k2", "p1", "p2", "k3")
+MATRIX_KEYS = ("camera_matrix", "distortion_coefficients", "image_width", "image_height")
+DISTORTION_MODELS = ("plumb_bob", "rational_polynomial")  # the second where its extra terms are 0
+
+Fields = dict[str, Any]
+
+
+def read_camera(path: str | Path) -> Camera:
+    """Return the camera that a calibration file describes.
+
+    Raises:
+        InputError: the file cannot be read, is in no known layout, lacks a field, or its numbers
+            are no camera's.
+    """
+    path = Path(path)
+    try:
+        fields = _fields(_text(path))
+        camera = _camera(fields, path.stem)
+        _check(camera)
+    except InputError as error:
+        raise InputError(f"calibration {path}: {error}") from None
+    except RecursionError:
+        raise InputError(f"calibration {path}: is nested too deeply") from None
+    return camera
+
+
+def _text(path: Path) -> str:
+    try:
+        with path.open("rb") as file:
+            data = file.read(LARGEST_FILE + 1)
+        text = data.decode()
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror})") from None
+    except UnicodeDecodeError:
+        raise InputError("is not text; expected YAML or JSON") from None
+    if len(data) > LARGEST_FILE:
+        raise InputError(f"is larger than {LARGEST_FILE} bytes")
+    return text
+
+
+def _fields(text: str) -> Fields:
+    """Return the top-level fields, keys in lower case."""
+    if text.lstrip().startswith("{"):
+        fields = _json(text)
+    else:
+        lines = [line for line in text.splitlines() if _has_content(line)]
+        if any(_indent(line) > DEEPEST_INDENT for line in lines):
+            raise RecursionError
+        fields = _yaml(lines)
+    if not isinstance(fields, dict) or not fields:
+        raise InputError("holds no fields; expected OpenCV or ROS YAML, or JSON")
+    return {str(key).lower(): value for key, value in fields.items()}
+
+
+def _json(text: str) -> Any:
+    try:
+        return json.loads(text)
+    except ValueError as error:
+        raise InputError(f"is damaged JSON ({error})") from None
+
+
+def _has_content(line: str) -> bool:
+    return bool(line.strip()) and not line.lstrip().startswith(("#", "%YAML", "---", "..."))
+
+
+def _yaml(lines: list[str]) -> Fields:
+    """Return the mapping of lines of one indent; deeper lines belong to the key above them."""
+    fields: Fields = {}
+    at = 0
+    while at < len(lines):
+        key, colon, rest = lines[at].partition(":")
+        end = at + 1
+        while end < len(lines) and _indent(lines[end]) > _indent(lines[at]):
+            end += 1
+        if not colon or not key.strip() or _indent(lines[at]) != _indent(lines[0]):
+            raise InputError(f"is damaged YAML at {lines[at].strip()[:40]!r}")
+        name = key.strip().strip("\"'")
+        fields[name] = _yaml_value(rest.strip(), lines[at + 1 : end])
+        at = end
+    return fields
+
+
+def _indent(line: str) -> int:
+    return len(line) - len(line.lstrip(" "))
+
+
+def _yaml_value(rest: str, below: list[str]) -> Any:
+    value = re.sub(r"^!!\S+\s*", "", rest)
+    if value.startswith(("[", "{")):
+        return _flow(" ".join([value, *below]))
+    if not below:
+        return _scalar(value)
+    first = below[0].lstrip()
+    if first.startswith("- "):
+        return below  # lists of lines belong to fields that no camera needs
+    return _flow(" ".join(below)) if first.startswith(("[", "{")) else _yaml(below)
+
+
+def _flow(text: str) -> Any:
+    """Return a list or mapping in brackets, as JSON after putting its numbers and keys right."""
+    text = re.sub(r"(?<![\w.])([+-]?)(\d+)\.(?=[\s,\]}eE])", r"\1\2.0", text)
+    text = re.sub(r"(?<![\w.])([+-]?)\.(?=\d)", r"\g<1>0.", text).replace("+", "")
+    return _json(re.sub(r"([{,]\s*)([A-Za-z_]\w*)\s*:", r'\1"\2":', text))
+
+
+def _scalar(text: str) -> Any:
+    try:
+        return float(text)
+    except ValueError:
+        return text.strip("\"'")
+
+
+def _camera(fields: Fields, name: str) -> Camera:
+    if "camera_matrix" in fields:
+        return _matrix_camera(fields, name)
+    return _plain_camera(fields, name)
+
+
+def _matrix_camera(fields: Fields, name: str) -> Camera:
+    _require(fields, MATRIX_KEYS)
+    model = fields.get("distortion_model", "plumb_bob")
+    if model not in DISTORTION_MODELS or fields.get("fisheye_model", 0):
+        raise InputError(f"distortion model {model!r}, fisheye or not; expected plumb_bob")
+    matrix = _numbers(fields["camera_matrix"], "camera_matrix")
+    if len(matrix) != 9 or matrix[1] != 0 or matrix[3] != 0 or matrix[6:] != [0, 0, 1]:
+        raise InputError(f"camera_matrix {matrix}; expected fx 0 cx, 0 fy cy, 0 0 1")
+    return Camera(
+        str(fields.get("camera_name", name)),
+        _side(fields["image_width"], "image_width"),
+        _side(fields["image_height"], "image_height"),
+        (matrix[0], matrix[4]),
+        (matrix[2], matrix[5]),
+        _distortion(_numbers(fields["distortion_coefficients"], "distortion_coefficients")),
+    )
+
+
+def _plain_camera(fields: Fields, name: str) -> Camera:
+    unknown = set(fields) - {*PLAIN_KEYS, *PLAIN_DISTORTION, "name"}
+    _require(fields, PLAIN_KEYS)
+    if unknown:
+        known = ", ".join((*PLAIN_KEYS, *PLAIN_DISTORTION, "name"))
+        raise InputError(f"unknown fields {', '.join(sorted(unknown))}; known are {known}")
+    fx, fy, cx, cy = (_number(fields[key], key) for key in PLAIN_KEYS[:4])
+    return Camera(
+        str(fields.get("name", name)),
+        _side(fields["width"], "width"),
+        _side(fields["height"], "height"),
+        (fx, fy),
+        (cx, cy),
+        _distortion([_number(fields.get(key, 0.0), key) for key in PLAIN_DISTORTION]),
+    )
+
+
+def _require(fields: Fields, keys: tuple[str, ...]) -> None:
+    missing = [key for key in keys if key not in fields]
+    if missing:
+        raise InputError(
+            f"lacks {', '.join(missing)}; it has {', '.join(sorted(fields))[:200]}; expected "
+            f"{', '.join(MATRIX_KEYS)} (OpenCV, ROS) or {', '.join(PLAIN_KEYS)} (plain JSON)"
+        )
+
+
+def _numbers(value: Any, name: str) -> list[float]:
+    """Return a matrix' numbers, row by row; it must have as many as its shape says."""
+    if not isinstance(value, dict) or not isinstance(value.get("data"), list):
+        raise InputError(f"{name} must be a matrix with rows, cols and data")
+    numbers = [_number(number, name) for number in value["data"]]
+    shape = [_number(value.get(key), f"{name}.{key}") for key in ("rows", "cols")]
+    if len(numbers) != shape[0] * shape[1]:
+        raise InputError(f"{name} has {len(numbers)} numbers for {shape[0]:g} x {shape[1]:g}")
+    return numbers
+
+
+def _number(value: Any, name: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise InputError(f"{name} is {str(value)[:40]!r}; expected a finite number")
+    return float(value)
+
+
+def _side(value: Any, name: str) -> int:
+    side = _number(value, name)
+    if side != int(side) or not 1 <= side <= LARGEST_SIDE_PX:
+        raise InputError(f"{name} is {side:g}; expected whole pixels, 1 to {LARGEST_SIDE_PX}")
+    return int(side)
+
+
+def _distortion(numbers: list[float]) -> tuple[float, float, float, float, float]:
+    if len(numbers) < 4 or any(numbers[5:]):
+        raise InputError(
+            f"distortion coefficients {numbers}; expected k1 k2 p1 p2 [k3], any further ones 0"
+        )
+    k1, k2, p1, p2, k3 = (*numbers, 0.0)[:5]
+    return k1, k2, p1, p2, k3
+
+
+def _check(camera: Camera) -> None:
+    least, most = (limit * camera.width_px for limit in FOCAL_LENGTHS)
+    if not all(least <= focal <= most for focal in camera.focal_length_px):
+        raise InputError(
+            f"focal lengths {camera.focal_length_px} px for a picture {camera.width_px} px wide; "
+            f"expected {least:g} to {most:g} (pixels, not millimetres)"
+        )
+    x, y = camera.center_px
+    if not (0 <= x <= camera.width_px and 0 <= y <= camera.height_px):
+        raise InputError(
+            f"centre ({x:g}, {y:g}) lies outside the picture of "
+            f"{camera.width_px} x {camera.height_px} pixels: calibrated at another size?"
+        )
+    _check_lens(camera)
+
+
+def _check_lens(camera: Camera) -> None:
+    """Refuse a distortion that folds back inside the picture: its edge must undo and redo."""
+    across = np.linspace(0.0, camera.width_px - 1.0, 33)
+    down = np.linspace(0.0, camera.height_px - 1.0, 33)
+    pixels = np.stack(np.meshgrid(across, down), axis=-1)
+    with np.errstate(all="ignore"):
+        rays = directions(camera, pixels)
+        again = project(camera, np.concatenate([rays, np.ones_like(rays[..., :1])], axis=-1))
+        error = np.max(np.abs(again - pixels))
+    if not error < ROUND_TRIP_PX:
+        raise InputError(
+            f"distortion {camera.distortion} folds back inside the picture: it cannot be undone"
+        )

@@ -1,0 +1,222 @@
+"""What the onboard camera sees: a ray caster without OpenGL.
+
+Every pixel casts the ray p(t) = o + t R (a, b, 1) with (a, b) from the camera's own table of
+undistorted directions, so that lens distortion is exact and free. Planes (table, net, floor, walls)
+answer with closed-form coverage of the pixel's footprint; the ball answers with
+(d.c)^2 >= |d|^2 (|c|^2 - r^2) on 4 x 4 rays per pixel of its outline. Colours are blue, green, red
+sensor values and mix linearly: noise, blur, shutter and gamma belong to the sensor.
+
+The vehicle itself is outside its camera's view. The opponent is a flat figure at x = 2.9 m, for
+eyes on the near side of it. A ball that touches the camera's centre is not drawn.
+"""
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Float32
+from numpy import ndarray
+
+from rotorpong.conventions import InputError, Picture
+from rotorpong.physics.camera import Camera, pixel_directions
+from rotorpong.world._pixel_kernels import COLOURS, LIMB_COLUMNS, TEXELS, Paint
+from rotorpong.world._render_kernels import cover_rows, paint_rows
+
+Colour = tuple[float, float, float]  # blue, green, red in 0 .. 255
+Region = tuple[int, int, int, int]  # x0, y0, x1, y1 in pixels, the last two exclusive
+
+ROTATION_TOLERANCE = 1e-6
+TEXTURE_OCTAVE_DECAY = 1.2  # amplitude over spatial frequency
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """How the court looks; geometry is in `court`."""
+
+    ball: Colour = (40, 128, 250)
+    table: Colour = (150, 88, 34)
+    line: Colour = (238, 238, 236)
+    net: Colour = (52, 46, 42)
+    steel: Colour = (72, 68, 66)
+    floor: Colour = (142, 162, 176)
+    seam: Colour = (104, 122, 134)
+    wall: Colour = (206, 212, 212)
+    wainscot: Colour = (132, 118, 92)
+    window: Colour = (244, 228, 210)
+    ceiling: Colour = (196, 200, 200)
+    lamp: Colour = (255, 255, 255)
+    shirt: Colour = (96, 104, 78)
+    skin: Colour = (142, 160, 192)
+    trousers: Colour = (70, 58, 52)
+    hair: Colour = (44, 50, 60)
+    shoe: Colour = (60, 60, 62)
+    racket: Colour = (48, 44, 44)
+    brightness: float = 1.0
+    texture_contrast: float = 0.035  # standard deviation of relative brightness on the walls
+    texture_seed: int = 0
+    opponent: bool = True
+    ball_shadow: float = 0.5  # on the table, share of the light
+
+
+# y and z of both ends of a limb, radius at both ends (m), colour, brightness; far limbs first.
+OPPONENT = (
+    (-0.20, -0.70, -0.25, -0.735, 0.045, 0.035, "shoe", 1.0),
+    (0.21, -0.70, 0.26, -0.735, 0.045, 0.035, "shoe", 1.0),
+    (-0.17, -0.28, -0.20, -0.68, 0.068, 0.048, "trousers", 0.92),
+    (0.18, -0.28, 0.21, -0.68, 0.068, 0.048, "trousers", 0.92),
+    (-0.09, 0.12, -0.17, -0.28, 0.100, 0.072, "trousers", 1.0),
+    (0.09, 0.12, 0.18, -0.28, 0.100, 0.072, "trousers", 1.0),
+    (-0.035, 0.14, 0.035, 0.14, 0.125, 0.125, "trousers", 1.0),
+    (0.0, 0.22, 0.0, 0.50, 0.145, 0.175, "shirt", 1.0),
+    (-0.14, 0.56, 0.14, 0.56, 0.075, 0.075, "shirt", 1.0),
+    (0.0, 0.60, 0.0, 0.70, 0.052, 0.050, "skin", 0.82),
+    (0.0, 0.80, 0.0, 0.86, 0.088, 0.096, "hair", 1.0),
+    (0.0, 0.755, 0.0, 0.82, 0.074, 0.088, "skin", 1.0),
+    (-0.04, 0.905, 0.03, 0.912, 0.052, 0.056, "hair", 1.1),
+    (0.20, 0.55, 0.33, 0.34, 0.070, 0.055, "shirt", 0.96),
+    (0.335, 0.32, 0.27, 0.17, 0.044, 0.034, "skin", 1.0),
+    (0.265, 0.15, 0.25, 0.11, 0.040, 0.036, "skin", 1.0),
+    (-0.43, 0.06, -0.45, 0.02, 0.082, 0.082, "racket", 1.0),
+    (-0.20, 0.55, -0.34, 0.36, 0.070, 0.055, "shirt", 0.96),
+    (-0.345, 0.34, -0.38, 0.19, 0.044, 0.034, "skin", 1.0),
+    (-0.385, 0.17, -0.40, 0.14, 0.038, 0.038, "skin", 1.0),
+)
+
+
+def render(
+    camera: Camera,
+    camera_position: Float[ndarray, "3"],
+    world_from_camera: Float[ndarray, "3 3"],
+    ball_position: Float[ndarray, "3"],
+    scene: Scene,
+    *,
+    region: Region | None = None,
+) -> Picture:
+    """Return the camera's picture of court, opponent and ball.
+
+    Args:
+        camera: intrinsics and distortion.
+        camera_position: m, world.
+        world_from_camera: rotation that takes camera axes (right, down, depth) to the world.
+        ball_position: centre of the ball, m, world.
+        scene: colours, light, opponent.
+        region: box (x0, y0, x1, y1) to render, the same pixels as in the whole picture; all if
+            absent.
+
+    Raises:
+        InputError: a pose is not finite or no rotation, the camera is smaller than 2 x 2 pixels,
+            or the region is empty or reaches out of the picture.
+    """
+    rays = _rays_at_door(camera)
+    _check_pose(camera_position, world_from_camera, ball_position)
+    x0, y0, x1, y1 = _region_at_door(camera, region)
+    picture = np.empty((y1 - y0, x1 - x0, 3), np.uint8)
+    position, rotation, ball = _doubles(camera_position, world_from_camera, ball_position)
+    paint_rows(picture, rays, (x0, y0), position, rotation, ball, _paint(scene))
+    return picture
+
+
+def ball_coverage(
+    camera: Camera,
+    camera_position: Float[ndarray, "3"],
+    world_from_camera: Float[ndarray, "3 3"],
+    ball_position: Float[ndarray, "3"],
+) -> Float32[ndarray, "height width"]:
+    """Return which share of each pixel the ball covers, as if nothing stood before it.
+
+    Raises:
+        InputError: as for `render`.
+    """
+    rays = _rays_at_door(camera)
+    _check_pose(camera_position, world_from_camera, ball_position)
+    coverage = np.zeros((camera.height_px, camera.width_px), np.float32)
+    position, rotation, ball = _doubles(camera_position, world_from_camera, ball_position)
+    cover_rows(coverage, rays, position, rotation, ball)
+    return coverage
+
+
+def _doubles(*arrays: ndarray) -> tuple[ndarray, ...]:
+    return tuple(np.ascontiguousarray(array, dtype=np.float64) for array in arrays)
+
+
+def _rays_at_door(camera: Camera) -> Float32[ndarray, "3 height width"]:
+    if camera.width_px < 2 or camera.height_px < 2:
+        raise InputError(
+            f"a picture of {camera.width_px} x {camera.height_px} pixels was asked for; "
+            "a camera has at least 2 x 2"
+        )
+    return _rays(camera)
+
+
+@functools.lru_cache(maxsize=8)
+def _rays(camera: Camera) -> Float32[ndarray, "3 height width"]:
+    """Return X/Z, Y/Z and what a pixel spans of them, for every pixel; read-only."""
+    directions = pixel_directions(camera)
+    (a_down, a_right), (b_down, b_right) = (
+        np.gradient(directions[..., k], axis=(0, 1)) for k in range(2)
+    )
+    pitch = np.sqrt(np.abs(a_right * b_down - a_down * b_right))
+    rays = np.stack([directions[..., 0], directions[..., 1], pitch]).astype(np.float32)
+    rays.setflags(write=False)
+    return rays
+
+
+@functools.lru_cache(maxsize=8)
+def _paint(scene: Scene) -> Paint:
+    colours = [getattr(scene, name) for name in COLOURS]
+    return Paint(
+        np.array(colours, np.float32) * np.float32(scene.brightness),
+        _texture(scene.texture_seed).ravel() * np.float32(scene.texture_contrast),
+        _figure() if scene.opponent else np.zeros((0, LIMB_COLUMNS), np.float32),
+        np.float32(scene.ball_shadow),
+    )
+
+
+def _texture(seed: int) -> Float32[ndarray, "rows columns"]:
+    """Return a seamless cloudy pattern of mean 0 and standard deviation 1."""
+    noise = np.random.default_rng(seed).standard_normal((TEXELS, TEXELS))
+    frequency = np.hypot(
+        np.fft.fftfreq(TEXELS)[:, None], np.fft.rfftfreq(TEXELS)[None]
+    )
+    frequency[0, 0] = np.inf  # mean 0
+    pattern = np.fft.irfft2(np.fft.rfft2(noise) / frequency**TEXTURE_OCTAVE_DECAY)
+    return (pattern / pattern.std()).astype(np.float32)
+
+
+def _figure() -> Float32[ndarray, "limbs columns"]:
+    """Return the opponent's limbs as the kernel reads them: start, run, radii, colour, box."""
+    rows = []
+    for y0, z0, y1, z1, r0, r1, colour, tone in OPPONENT:
+        run = (y1 - y0, z1 - z0)
+        inverse_square = 1.0 / max(run[0] ** 2 + run[1] ** 2, 1e-12)
+        widest = max(r0, r1)
+        box = ((y0 + y1) / 2, (z0 + z1) / 2, abs(run[0]) / 2 + widest, abs(run[1]) / 2 + widest)
+        index = COLOURS.index(colour)
+        rows.append((y0, z0, *run, inverse_square, r0, r1 - r0, index, tone, *box))
+    return np.array(rows, np.float32)
+
+
+def _check_pose(position: ndarray, rotation: ndarray, ball: ndarray) -> None:
+    for name, array, shape in (
+        ("camera position", position, (3,)),
+        ("rotation of the camera", rotation, (3, 3)),
+        ("ball position", ball, (3,)),
+    ):
+        if array.shape != shape or not np.all(np.isfinite(array)):
+            raise InputError(f"{name} is {array.tolist()}; expected finite numbers of {shape}")
+    error = np.abs(rotation @ rotation.T - np.eye(3)).max()
+    if error > ROTATION_TOLERANCE or np.linalg.det(rotation) < 0.0:
+        raise InputError(f"{rotation.tolist()} is no rotation: its rows are not right-handed axes")
+
+
+def _region_at_door(camera: Camera, region: Region | None) -> Region:
+    width, height = camera.width_px, camera.height_px
+    if region is None:
+        return 0, 0, width, height
+    x0, y0, x1, y1 = region
+    if not (0 <= x0 < x1 <= width and 0 <= y0 < y1 <= height):
+        raise InputError(
+            f"region {region} was given; expected x0 < x1, y0 < y1 within a picture of "
+            f"{width} x {height} pixels"
+        )
+    return region

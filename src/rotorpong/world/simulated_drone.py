@@ -1,0 +1,299 @@
+"""One serve at a simulated drone: the world behind the Drone protocol.
+
+The world ticks at 1 kHz. `observe` lets it run to the arrival of the next frame; a command acts
+from the instant at which it is given. Ball and vehicle are flown one after the other: the vehicle
+under its command, then the ball among court and vehicle. The serve is over when the ball is hit or
+touches the hull, lies on the floor or is 0.5 m behind the drone, when the drone touches something,
+or after 3 s. What a player gets is an Observation; `truth` is for the laboratory.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass, fields
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from rotorpong.conventions import InputError
+from rotorpong.drone import (
+    HOVER,
+    Frame,
+    Navdata,
+    Observation,
+    Outcome,
+    VelocityCommand,
+    Verdict,
+)
+from rotorpong.geometry import rotation_from_quaternion
+from rotorpong.physics.camera import Camera, camera_from_body
+from rotorpong.physics.vehicle import Track, Vehicle
+from rotorpong.world.contact import (
+    TICK,
+    Contact,
+    Solids,
+    advance,
+    drone_touches_court,
+    land,
+    miss_distances,
+    state_of,
+    time_error,
+)
+from rotorpong.world.racket import HOME_BODY, Racket
+from rotorpong.world.render import Scene, render
+from rotorpong.world.sensors import draw_sensors, read
+from rotorpong.world.serves import Serve
+
+LONGEST_SERVE = 3000  # ticks
+PASSED = 0.5  # m behind the centre of mass: the ball is gone
+FULL_FACE = math.cos(math.radians(45.0))
+NEAR_DISTANCE = 0.05  # m
+NEAR_TIME = 0.1  # s
+
+Tape = Sequence[tuple[float, VelocityCommand]]  # s, in order
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """What really happened in a serve; world frame, one row per tick from release on."""
+
+    verdict: Verdict
+    miss_distance: float  # m, 0 for a hit
+    time_error: float | None  # s, positive = the blade was late; 0 for a hit
+    landing_x: float | None  # m, where a hit ball first touched the table beyond the net
+    ball_path: Float[ndarray, "n 3"]
+    body_path: Float[ndarray, "n 3"]
+    blade_path: Float[ndarray, "n 3"]
+    contacts: tuple[Contact, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """What a serve meets: the drone, its camera and racket, and the looks of the room."""
+
+    vehicle: Vehicle
+    camera: Camera
+    racket: Racket = Racket()
+    scene: Scene = Scene()
+    blackout: bool = False  # every frame is black
+
+
+class SimulatedDrone:
+    """A drone and one serve on its way; implements Drone and Referee."""
+
+    def __init__(
+        self,
+        serve: Serve,
+        setting: Setting,
+        *,
+        vehicle_rng: np.random.Generator,
+        sensor_rng: np.random.Generator,
+        tape: Tape = (),
+    ) -> None:
+        """Hover at home at the instant of release.
+
+        Args:
+            serve: the ball.
+            setting: everything else.
+            vehicle_rng: draws the vehicle's own noise.
+            sensor_rng: draws sensor errors, the camera's phase and its delay.
+            tape: commands that are given at their times (s), as in a replay.
+        """
+        self._setting = setting
+        self._serve = serve
+        self._solids = Solids(air=serve.air, table=serve.table, racket=setting.racket)
+        self._log = _Log(serve)
+        self._vehicle_state = setting.vehicle.start(np.array(HOME_BODY), vehicle_rng)
+        self._sensors = draw_sensors(setting.vehicle.sensor_noise, sensor_rng)
+        self._period = 1.0 / (setting.camera.frames_per_second * TICK)  # ticks
+        self._phase = sensor_rng.uniform(0.0, self._period)
+        self._delay = round(sensor_rng.uniform(*setting.camera.delay_s) / TICK)
+        self._frame = 0
+        self._command, self._new_command = HOVER, True
+        self._tape = [(round(time / TICK), velocity) for time, velocity in tape]
+        self._end: tuple[Outcome, Contact | None] | None = None
+        self.last_navdata: Navdata | None = None  # what came after the last frame
+
+    def observe(self) -> Observation | None:
+        """Let the world run until the next frame arrives; `None` when the serve is over."""
+        exposure = round(self._phase + self._frame * self._period)
+        self._frame += 1
+        start = self._log.ticks
+        navdata = self._run(exposure + self._delay - start)
+        if self._end is not None:
+            self.last_navdata = navdata
+            return None
+        return Observation(
+            frame=self._picture_at(exposure),
+            frame_time=exposure * TICK,
+            arrival_time=self._log.ticks * TICK,
+            navdata=navdata,
+        )
+
+    def command(self, velocity: VelocityCommand) -> VelocityCommand:
+        """Fly at `velocity` from now on; return it clipped to the vehicle's limits.
+
+        Raises:
+            InputError: a component is not finite; the drone goes on as before.
+        """
+        given = np.array(astuple(velocity), dtype=float)
+        if not np.all(np.isfinite(given)):
+            raise InputError(f"command {velocity}: expected finite velocities in m/s and rad/s")
+        limits = self._setting.vehicle.limits
+        self._command = VelocityCommand(*np.clip(given, -limits, limits).tolist())
+        self._new_command = True
+        return self._command
+
+    @property
+    def camera(self) -> Camera:
+        """The onboard camera."""
+        return self._setting.camera
+
+    def ball_in_camera(self, time: float) -> tuple[Float[ndarray, "3"], Float[ndarray, "3"]]:
+        """Return the true position (m) and velocity (m/s) of the ball in the camera frame."""
+        tick = round(time / TICK)
+        eye, axes = self._eye(tick)
+        before, _ = self._eye(max(tick - 1, 0))
+        own_velocity = (eye - before) / TICK
+        position, velocity, _ = np.split(self._log.ball[tick], 3)
+        return axes.T @ (position - eye), axes.T @ (velocity - own_velocity)
+
+    def verdict(self) -> Verdict:
+        """Return what became of the serve, playing it to its end if it is not over."""
+        return self.truth().verdict
+
+    def truth(self) -> Truth:
+        """Return what really happened, playing the serve to its end if it is not over."""
+        while self._end is None:
+            self._run(round(self._period))
+        outcome, contact = self._end
+        log = self._log
+        verdict, miss, late = self._judge(outcome, contact)
+        return Truth(
+            verdict=verdict,
+            miss_distance=miss,
+            time_error=late,
+            landing_x=self._landing(contact) if outcome == "hit" and contact else None,
+            ball_path=log.ball[: log.ticks + 1, :3].copy(),
+            body_path=log.track[: log.ticks + 1, :3].copy(),
+            blade_path=_blade_path(log.track[: log.ticks + 1], self._setting.racket),
+            contacts=tuple(log.contacts),
+        )
+
+    def _run(self, ticks: int) -> Navdata:
+        """Let `ticks` pass, obeying the tape, or less if the serve ends before."""
+        goal = min(self._log.ticks + ticks, LONGEST_SERVE)
+        parts: list[Navdata] = []
+        while self._end is None and (not parts or self._log.ticks < goal):
+            while self._tape and self._tape[0][0] <= self._log.ticks:
+                self.command(self._tape.pop(0)[1])
+            until = min(goal, self._tape[0][0]) if self._tape else goal
+            parts.append(self._leg(until - self._log.ticks))
+        return _joined(parts)
+
+    def _leg(self, ticks: int) -> Navdata:
+        """Let `ticks` pass under one command."""
+        log, start = self._log, self._log.ticks
+        state, track = self._setting.vehicle.advance(
+            self._vehicle_state,
+            np.array(astuple(self._command)),
+            ticks=ticks,
+            new_command=self._new_command,
+        )
+        self._vehicle_state, self._new_command = state, False
+        navdata = read(self._sensors, track, start, departure=start == 0)
+        poses = np.concatenate([track.position, track.quaternion], axis=1)
+        path, contacts = advance(log.ball[start], start * TICK, poses, self._solids)
+        log.add(path, poses, contacts)
+        self._end = self._ending(path, track, contacts)
+        return navdata
+
+    def _ending(
+        self, path: Float[ndarray, "ticks 9"], track: Track, contacts: tuple[Contact, ...]
+    ) -> tuple[Outcome, Contact | None] | None:
+        for contact in contacts:
+            if contact.solid == "blade" and contact.facing >= FULL_FACE:
+                return "hit", contact
+            if contact.solid == "hull":
+                return "hull", contact
+        poses = np.concatenate([track.position, track.quaternion], axis=1)
+        if drone_touches_court(poses, self._solids.hull):
+            return "fault", None
+        fallen = any(contact.solid == "floor" for contact in contacts)
+        passed = len(path) > 0 and path[-1, 0] < track.position[-1, 0] - PASSED
+        if fallen or passed or self._log.ticks >= LONGEST_SERVE:
+            return "miss", None
+        return None
+
+    def _judge(
+        self, outcome: Outcome, contact: Contact | None
+    ) -> tuple[Verdict, float, float | None]:
+        if outcome == "hit" and contact is not None:
+            return Verdict("hit", math.hypot(*contact.blade_point), contact.time), 0.0, 0.0
+        log, racket = self._log, self._setting.racket
+        ball, track = log.ball[: log.ticks + 1, :3], log.track[: log.ticks + 1]
+        miss = max(float(np.min(miss_distances(ball, track, racket))), 0.0)
+        late = time_error(ball, track, racket)
+        near = miss < NEAR_DISTANCE or (late is not None and abs(late) <= NEAR_TIME)
+        if outcome == "miss" and near:
+            outcome = "near_hit"
+        return Verdict(outcome), miss, late
+
+    def _landing(self, contact: Contact) -> float | None:
+        after = self._log.ball[min(math.ceil(contact.time / TICK), self._log.ticks)]
+        first = next(iter(land(after, self._solids)), None)
+        if first is None or first.solid != "table" or first.position[0] <= 0.0:
+            return None
+        return float(first.position[0])
+
+    def _picture_at(self, tick: int) -> Frame:
+        camera = self.camera
+        if self._setting.blackout:
+            shape = (camera.height_px, camera.width_px, 3)
+            return Frame(camera.width_px, camera.height_px, lambda: np.zeros(shape, np.uint8))
+        eye, axes = self._eye(tick)
+        ball, scene = self._log.ball[tick, :3].copy(), self._setting.scene
+        return Frame(
+            camera.width_px, camera.height_px, lambda: render(camera, eye, axes, ball, scene)
+        )
+
+    def _eye(self, tick: int) -> tuple[Float[ndarray, "3"], Float[ndarray, "3 3"]]:
+        position, quaternion = np.split(self._log.track[tick], [3])
+        world_from_body = rotation_from_quaternion(quaternion)
+        eye = position + world_from_body @ np.array(self.camera.position_m)
+        return eye, world_from_body @ camera_from_body(self.camera).T
+
+
+def _joined(parts: list[Navdata]) -> Navdata:
+    if len(parts) == 1:
+        return parts[0]
+    columns = ([getattr(part, f.name) for part in parts] for f in fields(Navdata))
+    return Navdata(*(np.concatenate(column) for column in columns))
+
+
+class _Log:
+    """Ball states and poses of every tick so far."""
+
+    def __init__(self, serve: Serve) -> None:
+        self.ball = np.empty((LONGEST_SERVE + 1, 9))
+        self.track = np.empty((LONGEST_SERVE + 1, 7))
+        self.contacts: list[Contact] = []
+        self.ball[0] = state_of(serve.ball)
+        self.ticks = 0
+
+    def add(
+        self,
+        path: Float[ndarray, "ticks 9"],
+        poses: Float[ndarray, "instants 7"],
+        contacts: tuple[Contact, ...],
+    ) -> None:
+        start = self.ticks
+        self.ticks += len(path)
+        self.ball[start + 1 : self.ticks + 1] = path
+        self.track[start : self.ticks + 1] = poses
+        self.contacts.extend(contacts)
+
+
+def _blade_path(track: Float[ndarray, "n 7"], racket: Racket) -> Float[ndarray, "n 3"]:
+    centre = np.array([racket.x, racket.y, racket.z])
+    return track[:, :3] + rotation_from_quaternion(track[:, 3:]) @ centre

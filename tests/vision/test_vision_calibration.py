@@ -1,0 +1,207 @@
+import json
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from rotorpong.conventions import InputError
+from rotorpong.physics.camera import ARDRONE2_720P, Camera
+from rotorpong.vision.calibration import read_camera
+
+MINE = Camera("mine", 640, 360, (561.5, 562.25), (307.125, 190.5), (-0.5, 0.25, 5.5e-4, -1e-3, 0.0))
+PLAIN = {
+    "fx": 561.5,
+    "fy": 562.25,
+    "cx": 307.125,
+    "cy": 190.5,
+    "width": 640,
+    "height": 360,
+    "k1": -0.5,
+    "k2": 0.25,
+}
+ROS = """\
+# a comment
+image_width: 640
+image_height: 360
+camera_name: mine
+camera_matrix:
+  rows: 3
+  cols: 3
+  data: [561.5, 0, 307.125, 0, 562.25, 190.5, 0, 0, 1]
+distortion_model: plumb_bob
+distortion_coefficients: {rows: 1, cols: 5, data: [-0.5, 0.25, 5.5e-4,
+   -1.e-03, 0]}
+rectification_matrix:
+  rows: 3
+  cols: 3
+  data: [1, 0, 0, 0, 1, 0, 0, 0, 1]
+"""
+
+
+def write_with_opencv(path, camera=MINE, coefficients=5, matrix=None):
+    (fx, fy), (cx, cy) = camera.focal_length_px, camera.center_px
+    storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
+    storage.write("calibration_time", "Mon 1 Jan 12:00:00")
+    storage.write("image_width", camera.width_px)
+    storage.write("image_height", camera.height_px)
+    given_matrix = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]]) if matrix is None else matrix
+    storage.write("camera_matrix", given_matrix)
+    distortion = np.array(camera.distortion + (0.0,) * 9)[:coefficients]
+    storage.write("distortion_coefficients", distortion[:, None])
+    storage.write("avg_reprojection_error", 0.25)
+    storage.release()
+    return path
+
+
+@pytest.mark.parametrize("suffix", ["yml", "yaml", "json"])
+@pytest.mark.parametrize("coefficients", [4, 5, 8, 14])
+def test_files_that_opencv_wrote_give_the_camera_that_went_in(tmp_path, suffix, coefficients):
+    path = write_with_opencv(tmp_path / f"mine.{suffix}", coefficients=coefficients)
+    assert read_camera(path) == MINE
+
+
+@settings(
+    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(
+    st.tuples(*[st.floats(200.0, 2000.0)] * 2),
+    st.tuples(st.floats(0.0, 640.0), st.floats(0.0, 360.0)),
+)
+def test_every_number_survives_the_way_through_opencvs_yaml(tmp_path, focal, center):
+    camera = replace(MINE, focal_length_px=focal, center_px=center, distortion=(0.0,) * 5)
+    read = read_camera(write_with_opencv(tmp_path / "mine.yml", camera))
+    np.testing.assert_allclose(read.focal_length_px, focal, rtol=1e-14)
+    np.testing.assert_allclose(read.center_px, center, rtol=1e-14)
+
+
+def test_a_ros_camera_info_gives_the_same_camera(tmp_path):
+    path = tmp_path / "front.yaml"
+    path.write_text(ROS)
+    assert read_camera(path) == MINE
+
+
+def test_plain_json_gives_the_same_camera(tmp_path):
+    path = tmp_path / "mine.json"
+    path.write_text(json.dumps(PLAIN | {"p1": 5.5e-4, "p2": -1e-3}))
+    assert read_camera(path) == MINE
+    assert read_camera(str(path)) == MINE
+
+
+def test_the_real_drones_lens_can_be_undone_everywhere(tmp_path):
+    read = read_camera(write_with_opencv(tmp_path / "drone.yml", ARDRONE2_720P))
+    assert read.distortion == ARDRONE2_720P.distortion
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"fx": float("nan")}, "finite"),
+        ({"fy": "wide"}, "finite"),
+        ({"fx": None}, "finite"),
+        ({"width": True}, "finite"),
+        ({"width": 640.5}, "whole pixels"),
+        ({"height": 0}, "whole pixels"),
+        ({"fx": 3.6}, "millimetres"),
+        ({"fx": -561.5}, "millimetres"),
+        ({"cx": 900.0}, "outside the picture"),
+        ({"k1": -3.0, "k2": 0.0}, "folds back"),
+        ({"k1": 1e300}, "folds back"),
+        ({"k9": 0.0}, "unknown fields k9"),
+    ],
+)
+def test_numbers_that_are_no_camera_are_refused_with_the_reason(tmp_path, change, says):
+    path = tmp_path / "mine.json"
+    path.write_text(json.dumps(PLAIN | change))
+    with pytest.raises(InputError, match=says) as error:
+        read_camera(path)
+    assert str(path) in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("plumb_bob", "equidistant", "equidistant"),
+        ("rows: 3\n  cols: 3\n  data: [561.5", "rows: 2\n  cols: 3\n  data: [561.5", "9 numbers"),
+        ("[561.5, 0,", "[561.5, 2,", "fx 0 cx"),
+        ("-0.5, 0.25, 5.5e-4,", "-0.5, 0.25,", "4 numbers"),
+        ("image_width: 640\n", "", "lacks image_width"),
+        ("image_width: 640", "image_width 640", "damaged YAML"),
+        ("data: [561.5, 0", "data: [561.5, .nan", "damaged"),
+    ],
+)
+def test_a_ros_file_with_one_thing_wrong_is_refused_with_the_reason(tmp_path, old, new, says):
+    assert old in ROS
+    path = tmp_path / "front.yaml"
+    path.write_text(ROS.replace(old, new))
+    with pytest.raises(InputError, match=says):
+        read_camera(path)
+
+
+def test_more_coefficients_than_the_model_has_are_refused_unless_zero(tmp_path):
+    path = write_with_opencv(tmp_path / "mine.yml", coefficients=8)
+    text = path.read_text()
+    assert "0., 0., 0. ]" in text
+    path.write_text(text.replace("0., 0., 0. ]", "0., 0., 0.01 ]"))
+    with pytest.raises(InputError, match="any further ones 0"):
+        read_camera(path)
+
+
+def test_a_matrix_of_another_shape_is_refused(tmp_path):
+    path = write_with_opencv(tmp_path / "mine.yml", matrix=np.eye(4))
+    with pytest.raises(InputError, match="camera_matrix"):
+        read_camera(path)
+
+
+@pytest.mark.parametrize(
+    "data", [b"", b"\xff\xfe\x00", b"{", b"[1, 2]", b"null", b"hello", b"\x00"]
+)
+def test_files_that_are_nothing_are_refused(tmp_path, data):
+    path = tmp_path / "mine.yml"
+    path.write_bytes(data)
+    with pytest.raises(InputError):
+        read_camera(path)
+
+
+def test_missing_files_and_folders_are_refused(tmp_path):
+    for path in (tmp_path, tmp_path / "nothing.yml"):
+        with pytest.raises(InputError, match="calibration"):
+            read_camera(path)
+
+
+@settings(
+    max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(st.sampled_from(["yml", "json", "ros", "plain"]), st.data())
+def test_damaged_bytes_give_a_camera_or_one_clear_error(tmp_path, layout, data):
+    path = tmp_path / f"mine.{layout if layout in ('yml', 'json') else 'txt'}"
+    if layout in ("yml", "json"):
+        whole = write_with_opencv(path).read_bytes()
+    else:
+        whole = ROS.encode() if layout == "ros" else json.dumps(PLAIN).encode()
+    at = data.draw(st.integers(0, len(whole)))
+    cut = data.draw(st.integers(0, 30))
+    path.write_bytes(whole[:at] + data.draw(st.binary(max_size=20)) + whole[at + cut :])
+    camera = camera_or_complaint(path)
+    if isinstance(camera, str):
+        assert "\n" not in camera
+    else:
+        assert np.isfinite([*camera.focal_length_px, *camera.center_px, *camera.distortion]).all()
+
+
+def camera_or_complaint(path):
+    try:
+        return read_camera(path)
+    except InputError as error:
+        return str(error)
+
+
+def test_endless_nesting_is_refused(tmp_path):
+    path = tmp_path / "deep.yml"
+    for text in ("\n".join(" " * depth + "a:" for depth in range(2000)), "{" * 9999, "[" * 9999):
+        path.write_text(text)
+        with pytest.raises(InputError):
+            read_camera(path)
