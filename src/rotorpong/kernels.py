@@ -2,7 +2,7 @@
 
 numba keys its cache by the file of the kernel alone, so an edited callee or constant in another
 file silently keeps its old value. Here the cache lives in a folder named by a hash of all sources
-of the package, outside the package, which may be read-only and must leave nothing behind when it is
+that a kernel can depend on, outside the package, which may be read-only and must leave nothing behind when it is
 uninstalled. Where nothing is writable, or the disk is nearly full, kernels compile uncached.
 """
 
@@ -21,6 +21,9 @@ from numba.core import config
 
 NUMBA_SETTINGS: Any = config
 MINIMUM_FREE_BYTES = 100 * 2**20  # a truncated cache file breaks every later run
+NO_KERNEL_BELOW = frozenset(  # upper layers: no kernel lies in them or depends on them
+    {"__main__.py", "cli.py", "lab", "play", "experience", "drone.py"}
+)
 KEEP_UNUSED_S = 2 * 24 * 3600.0  # caches of other sources go when they were not used for so long
 
 
@@ -87,7 +90,9 @@ def _cache_folder() -> Path | None:
 def _hash_of_sources(package: Path) -> str:
     digest = hashlib.sha256(numba.__version__.encode())
     for path in sorted(package.rglob("*.py")):
-        digest.update(str(path.relative_to(package)).encode() + b"\0" + path.read_bytes())
+        place = path.relative_to(package)
+        if place.parts[0] not in NO_KERNEL_BELOW:
+            digest.update(str(place).encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()[:16]
 
 

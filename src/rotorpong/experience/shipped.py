@@ -48,10 +48,10 @@ def read_demonstrations(path: str | PathLike[str]) -> tuple[Demonstration, ...]:
         with reporting(path):
             content = json.loads(path.read_text("utf-8"))
         return tuple(_demonstration(entry) for entry in _entries(content))
-    except (ValueError, OverflowError, RecursionError) as error:
-        raise StoreError(f"{path}: damaged: expected JSON text: {error}") from error
     except InputError as error:
         raise StoreError(f"{path}: damaged: {error}") from error
+    except (ValueError, OverflowError, RecursionError) as error:
+        raise StoreError(f"{path}: damaged: expected JSON text: {error}") from error
 
 
 def write_demonstrations(

@@ -150,7 +150,7 @@ _here: _Table | None = None
 
 
 def _sit_down(spec: Spec, knowledge: Knowledge) -> None:
-    global _here  # noqa: PLW0603 - the one table of a worker process
+    global _here
     _here = _Table(spec, knowledge)
 
 

@@ -1,8 +1,8 @@
 """Where randomness comes from: (seed, purpose, trial) and nothing else.
 
 Every trial has four generators of its own, so a result depends on neither order nor workers. The
-same seed gives the same serves, whoever plays. Demonstrations, training and evaluation with the same
-seed throw different balls.
+same seed gives the same serves, whoever plays. Demonstrations, training and evaluation with the
+same seed throw different balls.
 """
 
 from dataclasses import dataclass

@@ -62,14 +62,7 @@ class Spec:
 
     def camera_profile(self) -> Camera:
         """Return the camera: a profile by name, or the user's calibration file."""
-        if self.camera in CAMERAS:
-            return CAMERAS[self.camera]
-        if not Path(self.camera).exists():
-            raise InputError(
-                f"camera {self.camera!r}: expected one of {', '.join(CAMERAS)}, "
-                "or a calibration file (OpenCV YAML or JSON)"
-            )
-        return read_camera(self.camera)
+        return camera_named(self.camera)
 
     def setting(self) -> Setting:
         """Return what the serves meet."""
@@ -83,6 +76,22 @@ class Spec:
     def make_eyes(self, drone: SimulatedDrone) -> Eyes:
         """Return fresh eyes for one serve."""
         return TruthEyes(drone) if self.eyes == "truth" else PaperEyes(drone.camera)
+
+
+def camera_named(name: str) -> Camera:
+    """Return a camera profile by name, or from the user's calibration file.
+
+    Raises:
+        InputError: neither a profile nor a readable calibration.
+    """
+    if name in CAMERAS:
+        return CAMERAS[name]
+    if not Path(name).exists():
+        raise InputError(
+            f"camera {name!r}: expected one of {', '.join(CAMERAS)}, "
+            "or a calibration file (OpenCV YAML or JSON)"
+        )
+    return read_camera(name)
 
 
 def require_choice(what: str, given: str, available: tuple[str, ...], more: str = "") -> None:

@@ -7,6 +7,7 @@ learner is a function of the kept trials, so the end is the same as without the 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from rotorpong import __version__
 from rotorpong.conventions import InputError
@@ -24,6 +25,7 @@ from rotorpong.lab.demonstrate import PILOT, Progress
 from rotorpong.lab.evaluate import Knowledge, make_player
 from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import LEARNERS, Spec
+from rotorpong.lab.statistics import rate
 from rotorpong.lab.trial import Played, Stage, play_trial
 from rotorpong.play.lessons import reward_of
 from rotorpong.play.paper import PaperPlayer
@@ -37,6 +39,10 @@ class Trained:
 
     balls: int
     hits: int
+
+    def as_json(self) -> dict[str, Any]:
+        """Return how it stands as `train --json` prints it."""
+        return {"balls": self.balls, "hits": self.hits, "hit_rate": rate(self.hits, self.balls)}
 
 
 def train(

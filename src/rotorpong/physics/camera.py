@@ -21,6 +21,7 @@ from rotorpong.conventions import CAMERA_FROM_BODY_AXES, Rotation, Vector3
 Pixels = Float[ndarray, "*batch 2"]
 Directions = Float[ndarray, "*batch 2"]  # X/Z, Y/Z: a ray of unit depth
 
+NO_DISTORTION = (0.0, 0.0, 0.0, 0.0, 0.0)
 UNDISTORTION_STEPS = 20
 UNDISTORTION_TOLERANCE = 1e-12
 
@@ -34,7 +35,7 @@ class Camera:
     height_px: int
     focal_length_px: tuple[float, float]  # fx, fy: the paper's f/m
     center_px: tuple[float, float]  # cx, cy
-    distortion: tuple[float, float, float, float, float] = (0.0,) * 5  # k1 k2 p1 p2 k3
+    distortion: tuple[float, float, float, float, float] = NO_DISTORTION  # k1 k2 p1 p2 k3
     frames_per_second: float = 30.0
     delay_s: tuple[float, float] = (0.0, 0.0)  # from exposure to arrival, drawn once per serve
     position_m: tuple[float, float, float] = (0.21, 0.0, 0.01)  # in the body frame
@@ -93,10 +94,15 @@ def in_picture(camera: Camera, points: Vector3) -> Bool[ndarray, "*batch"]:
     """Tell which points of the camera frame have their image inside the picture."""
     x, y = np.moveaxis(project(camera, points), -1, 0)
     inside = (x >= 0) & (x <= camera.width_px - 1) & (y >= 0) & (y <= camera.height_px - 1)
-    edges = np.abs(pixel_directions(camera)).max(axis=(0, 1))  # beyond these the model folds back
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         rays = np.abs(points[..., :2] / points[..., 2:])
-    return inside & np.all(rays <= edges, axis=-1)
+    return np.asarray(inside & np.all(rays <= _widest(camera), axis=-1))
+
+
+@functools.lru_cache(maxsize=8)
+def _widest(camera: Camera) -> Float[ndarray, "2"]:
+    """Return the steepest X/Z and Y/Z of the picture; beyond them the lens model folds back."""
+    return np.abs(pixel_directions(camera)).max(axis=(0, 1))
 
 
 def camera_from_body(camera: Camera) -> Rotation:

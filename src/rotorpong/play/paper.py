@@ -24,7 +24,7 @@ from numpy import ndarray
 
 from rotorpong.control import held_velocity
 from rotorpong.conventions import InputError
-from rotorpong.drone import HOVER, BallEstimate, Drone, Eyes, Observation, VelocityCommand, Verdict
+from rotorpong.drone import HOVER, BallEstimate, Drone, Eyes, VelocityCommand, Verdict
 from rotorpong.experience import Attempt
 from rotorpong.learning import CrKR, Mixture
 from rotorpong.play.lessons import Lesson, cost_of, hitting_point, reward_of
@@ -108,9 +108,7 @@ class PaperPlayer:
         self.library = Library(tuple(_primitive(lesson) for lesson in lessons))
         self._ball_scale = _Scale.of(np.stack([lesson.ball for lesson in lessons]))
         self._goal_scale = _Scale.of(np.stack([lesson.hitting_point for lesson in lessons]))
-        self._crkr = CrKR(
-            np.full(6, self._settings.length_scale), self._settings.regularization
-        )
+        self._crkr = CrKR(np.full(6, self._settings.length_scale), self._settings.regularization)
         self._mixture = Mixture.prior(len(lessons), features=14)
         self._plan: _Plan | None = None
         self._odometer = Odometer()

@@ -53,9 +53,7 @@ class ScriptedPilot:
         """Learn nothing."""
 
 
-def _stick(
-    sights: list[BallEstimate], now: float, rng: np.random.Generator
-) -> VelocityCommand:
+def _stick(sights: list[BallEstimate], now: float, rng: np.random.Generator) -> VelocityCommand:
     seen = [s for s in sights if now - REACTION - MEMORY <= s.time <= now - REACTION]
     error = 1.0 + STICK_ERROR * rng.normal(size=2)
     if len(seen) < FEWEST_SIGHTS:

@@ -75,8 +75,6 @@ class Library:
             return cls(tuple(_dmp(entry) for entry in document["primitives"]))
         except (KeyError, TypeError, ValueError, OverflowError) as error:
             raise InputError(f"{path}: damaged library of primitives ({error})") from error
-        except InputError as error:
-            raise InputError(f"{path}: damaged library, {error}") from error
 
 
 def _plain(dmp: Dmp) -> dict[str, Any]:

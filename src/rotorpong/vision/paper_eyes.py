@@ -20,7 +20,7 @@ from rotorpong.vision.detect import as_picture, find_blobs
 from rotorpong.vision.locate import ball_position, position_covariance
 from rotorpong.vision.measure import Circle, fit_circle
 
-PLAUSIBLE_SCORE = 0.15
+PLAUSIBLE_SCORE = 0.1
 LONGEST_GAP = 0.2  # s, between the two sights of a finite difference
 CENTER_SD_PX = 0.13  # a contour's, at 3 DN of noise
 DIAMETER_SD_PX = 0.80  # the outline's bias of 0.74 and the steps of whole pixels, 1/sqrt(12)

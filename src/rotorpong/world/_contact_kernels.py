@@ -391,9 +391,7 @@ def blade_gaps(positions, track, racket, rotation, position, body, out):
     """Write the gap between ball k and the blade at pose k."""
     for k in range(positions.shape[0]):
         pose_between(track, k, 0.0, rotation, position)
-        body_point(
-            positions[k, 0], positions[k, 1], positions[k, 2], rotation, position, body
-        )
+        body_point(positions[k, 0], positions[k, 1], positions[k, 2], rotation, position, body)
         out[k] = blade_gap(body, racket)
 
 
@@ -405,9 +403,7 @@ def blade_meets(positions, track, racket, lag, rotation, position, body):
         if j < 0 or j >= track.shape[0]:
             continue
         pose_between(track, j, 0.0, rotation, position)
-        body_point(
-            positions[k, 0], positions[k, 1], positions[k, 2], rotation, position, body
-        )
+        body_point(positions[k, 0], positions[k, 1], positions[k, 2], rotation, position, body)
         if body[0] > racket.x and blade_gap(body, racket) <= 0.0:
             y, z = body[1] - racket.y, body[2] - racket.z
             off = ellipse_gap(y, z, racket.half_width, racket.half_height)[2]

@@ -6,34 +6,38 @@ from rotorpong.conventions import BALL_RADIUS
 from rotorpong.kernels import kernel
 from rotorpong.world import court
 from rotorpong.world._pixel_kernels import (
+    COVER,
+    EYE,
     FAR,
     HALF,
-    IX,
-    IY,
-    IZ,
+    LIGHT,
     LINE,
     NET,
     ONE,
     PITCH,
     QUARTER,
+    SEEN,
+    SPAN_U,
+    SPAN_V,
     STEEL,
     TABLE,
     TWO,
     WALL,
     ZERO,
     F,
+    T,
+    U,
+    V,
     X,
     Y,
     Z,
     any_within,
-    follow,
+    cross,
+    fill,
     inverse,
-    lay,
     lay_row,
-    level_places,
-    meet,
     overlap,
-    span,
+    spread,
     step,
     stripes,
 )
@@ -42,12 +46,15 @@ LENGTH, WIDTH = F(court.TABLE_HALF_LENGTH), F(court.TABLE_HALF_WIDTH)
 THICKNESS = F(court.TABLE_THICKNESS)
 EDGE, MIDDLE = F(court.EDGE_LINE_WIDTH), F(court.CENTER_LINE_WIDTH / 2)
 NET_TOP, NET_SIDE = F(court.NET_HEIGHT), F(court.NET_HALF_LENGTH)
+POST_SIDE = NET_SIDE + F(court.POST_WIDTH)
 TAPE = F(court.NET_HEIGHT - court.NET_TAPE_HEIGHT)
 CELL, CORD, POST = F(court.NET_CELL), F(court.NET_CORD), F(court.POST_WIDTH)
-LEG_X, LEG_Y, LEG_WIDTH = F(court.LEG_X), F(court.LEG_Y), F(court.LEG_WIDTH / 2)
+LEG_X = F(court.LEG_X)
+LEG_INNER = F(court.LEG_Y - court.LEG_WIDTH / 2)
+LEG_OUTER = F(court.LEG_Y + court.LEG_WIDTH / 2)
 GROUND = F(court.FLOOR_HEIGHT)
 OPPONENT = F(court.OPPONENT_X)
-FIGURE_HALF_WIDTH, FIGURE_TOP, MARGIN = F(0.6), F(1.05), F(0.2)
+FIGURE_HALF_WIDTH, FIGURE_TOP, MARGIN = F(0.6), F(1.05), F(0.1)
 
 RADIUS, SHADE_RADIUS = F(BALL_RADIUS), F(0.026)
 SHEEN, FRONT_LIGHT, SIDE_LIGHT = F(0.22), F(0.55), F(0.45)
@@ -55,211 +62,231 @@ LIMB_LIGHT, LIMB_SLOPE, LIMB_ROUND = F(1.04), F(0.18), F(0.28)
 
 
 @kernel
-def layers(row, columns, view, ball, paint):
-    """Lay everything but room and ball over a range of columns, far to near.
+def layers(row, view, ball, paint, hidden):
+    """Lay everything but room and ball over the columns, far to near.
 
     From above the table's plane the net hides table, the table its legs; from below the reverse.
+    `hidden` spares what is wholly behind the table.
     """
-    opponent(row, columns, view, paint)
-    if view.z >= ZERO:
-        legs(row, columns, view, paint.colours)
-        sides(row, columns, view, paint.colours)
-        table(row, columns, view, ball, paint)
-        net(row, columns, view, paint.colours)
+    if not hidden:
+        opponent(row, view, paint)
+    if view[EYE, Z] >= ZERO:
+        if not hidden:
+            legs(row, view, paint.colours)
+            sides(row, view, paint.colours)
+        table(row, view, ball, paint)
+        net(row, view, paint.colours)
     else:
-        net(row, columns, view, paint.colours)
-        table(row, columns, view, ball, paint)
-        sides(row, columns, view, paint.colours)
-        legs(row, columns, view, paint.colours)
+        net(row, view, paint.colours)
+        table(row, view, ball, paint)
+        sides(row, view, paint.colours)
+        legs(row, view, paint.colours)
 
 
 @kernel
-def table(row, columns, view, ball, paint):
+def table_hides_all(row, view):
+    """Tell whether nothing but the table top can be seen, from above it, in any column."""
+    if view[EYE, Z] <= ZERO:
+        return False
+    see_table(row, view, ZERO)
+    return not any_within(row, row.work[SEEN], -ONE, ONE)
+
+
+@kernel
+def see_table(row, view, level):
+    """Write where rays meet the table, and to SEEN the share of the pixel that it covers."""
+    cross(row, view, Z, level)
+    spread(row, view, Z, T, (ZERO, FAR))
+    x, y, long, wide = row.work[U], row.work[V], row.work[SPAN_U], row.work[SPAN_V]
+    seen = row.work[SEEN]
+    for i in range(row.columns[0], row.columns[1]):
+        seen[i] *= overlap(x[i], -LENGTH, LENGTH, long[i]) * overlap(y[i], -WIDTH, WIDTH, wide[i])
+
+
+@kernel
+def table(row, view, ball, paint):
     """Lay the table top with its lines, or its underside."""
-    level = ZERO if view.z >= -THICKNESS * HALF else -THICKNESS
-    x, y, long, wide, cover, light = (
-        row.work[0], row.work[1], row.work[2], row.work[3], row.work[4], row.work[5],
-    )  # fmt: skip
-    level_places(row, columns, view, level)
-    for i in range(columns[0], columns[1]):
-        on = overlap(x[i], -LENGTH, LENGTH, long[i]) * overlap(y[i], -WIDTH, WIDTH, wide[i])
-        cover[i] = on if (light[i] > row.near[i]) & (light[i] < row.far[i]) else ZERO
-    if not any_within(cover, columns, ZERO, TWO):
+    above = view[EYE, Z] >= -THICKNESS * HALF
+    see_table(row, view, ZERO if above else -THICKNESS)
+    seen, cover = row.work[SEEN], row.work[COVER]
+    if not any_within(row, seen, ZERO, TWO):
         return
-    table_light(light, columns, row.work, ball, paint)
-    top = TABLE if level == ZERO else STEEL
-    lay_row(row.colour, columns, paint.colours[top], light, cover)
-    if level == ZERO:
-        table_lines(long, columns, row.work)
-        lay_row(row.colour, columns, paint.colours[LINE], light, long)
-        table_sheen(wide, columns, row.ray[Z], cover, light)
-        lay_row(row.colour, columns, paint.colours[WALL], light, wide)
+    for i in range(row.columns[0], row.columns[1]):
+        cover[i] = seen[i]
+    table_light(row, ball, paint.shadow)
+    lay_row(row, paint.colours[TABLE if above else STEEL])
+    if above:
+        table_lines(row)
+        lay_row(row, paint.colours[LINE])
+        table_sheen(row)
+        lay_row(row, paint.colours[WALL])
 
 
 @kernel
-def table_light(out, columns, work, ball, paint):
-    """Write the brightness of the top: full but for the ball's shadow."""
-    x, y = work[0], work[1]
-    out[columns[0] : columns[1]] = ONE
+def table_light(row, ball, shadow):
+    """Write the brightness of the top: full but for the ball's shadow, softer with height."""
+    x, y, light = row.work[U], row.work[V], row.work[LIGHT]
     bx, by, height = F(ball[0]), F(ball[1]), F(ball[2]) - RADIUS
-    if height < ZERO or height > HALF:
-        return
+    fade = ONE - TWO * height
+    dark = shadow * fade * fade if ZERO <= height <= HALF else ZERO
     sharp = inverse(SHADE_RADIUS + QUARTER * height)
-    dark = paint.shadow * (ONE - TWO * height) * (ONE - TWO * height)
-    for i in range(columns[0], columns[1]):
+    for i in range(row.columns[0], row.columns[1]):
         u, v = (x[i] - bx) * sharp, (y[i] - by) * sharp
-        out[i] *= ONE - dark * max(ONE - u * u - v * v, ZERO)
+        light[i] = ONE - dark * max(ONE - u * u - v * v, ZERO)
 
 
 @kernel
-def table_lines(out, columns, work):
+def table_lines(row):
     """Write the coverage by lines: what the top covers less the blue within the lines."""
-    x, y, long, wide, cover = work[0], work[1], work[2], work[3], work[4]
-    for i in range(columns[0], columns[1]):
+    x, y, long, wide = row.work[U], row.work[V], row.work[SPAN_U], row.work[SPAN_V]
+    seen, cover = row.work[SEEN], row.work[COVER]
+    for i in range(row.columns[0], row.columns[1]):
         blue = overlap(x[i], EDGE - LENGTH, LENGTH - EDGE, long[i])
         blue *= overlap(y[i], EDGE - WIDTH, WIDTH - EDGE, wide[i])
         blue *= ONE - overlap(y[i], -MIDDLE, MIDDLE, wide[i])
-        out[i] = max(cover[i] - blue, ZERO) if cover[i] > ZERO else ZERO
+        cover[i] = max(seen[i] - blue, ZERO)
 
 
 @kernel
-def table_sheen(out, columns, z, cover, light):
+def table_sheen(row):
     """Write how much of the wall the top reflects, and full light for it."""
-    for i in range(columns[0], columns[1]):
+    z, seen, cover = row.ray[Z], row.work[SEEN], row.work[COVER]
+    for i in range(row.columns[0], row.columns[1]):
         grazing = ONE - min(abs(z[i]), ONE)
         grazing *= grazing * grazing
-        out[i] = SHEEN * grazing * grazing * cover[i]
-    light[columns[0] : columns[1]] = ONE
+        cover[i] = SHEEN * grazing * grazing * seen[i]
+    fill(row, row.work[LIGHT], ONE)
 
 
 @kernel
-def sides(row, columns, view, colours):
+def sides(row, view, colours):
     """Lay the edges of the table top that face the camera."""
-    t, z = row.work[0], row.work[1]
-    if abs(view.x) > LENGTH:
-        meet(t, columns, row.ray[IX], math.copysign(LENGTH, view.x) - view.x)
-        follow(z, columns, t, row.ray[Z], view.z)
-        if any_within(z, columns, -MARGIN, MARGIN):
-            front_edge(row, columns, view, colours)
-    if abs(view.y) > WIDTH:
-        meet(t, columns, row.ray[IY], math.copysign(WIDTH, view.y) - view.y)
-        follow(z, columns, t, row.ray[Z], view.z)
-        if any_within(z, columns, -MARGIN, MARGIN):
-            side_edge(row, columns, view, colours)
+    if abs(view[EYE, X]) > LENGTH:
+        cross(row, view, X, math.copysign(LENGTH, view[EYE, X]))
+        if any_within(row, row.work[V], -MARGIN, MARGIN):
+            spread(row, view, X, V, (-MARGIN, MARGIN))
+            edge(row, (U, SPAN_U, V, SPAN_V), WIDTH)
+            fill(row, row.work[LIGHT], FRONT_LIGHT)
+            lay_row(row, colours[TABLE])
+    if abs(view[EYE, Y]) > WIDTH:
+        cross(row, view, Y, math.copysign(WIDTH, view[EYE, Y]))
+        if any_within(row, row.work[U], -MARGIN, MARGIN):
+            spread(row, view, Y, U, (-MARGIN, MARGIN))
+            edge(row, (V, SPAN_V, U, SPAN_U), LENGTH)
+            fill(row, row.work[LIGHT], SIDE_LIGHT)
+            lay_row(row, colours[TABLE])
 
 
 @kernel
-def front_edge(row, columns, view, colours):
-    """Lay the near or far edge of the table."""
-    ray = row.ray
-    for i in range(columns[0], columns[1]):
-        t, z, ix = row.work[0, i], row.work[1, i], ray[IX, i]
-        if row.near[i] < t < row.far[i] and abs(z) < MARGIN:
-            y, scale = view.y + t * ray[Y, i], t * ray[PITCH, i]
-            wide = span(ray[Y, i] * ix, view.ry, view.dy, view.rx, view.dx, scale)
-            tall = span(ray[Z, i] * ix, view.rz, view.dz, view.rx, view.dx, scale)
-            lay(row.colour, i, colours, TABLE, FRONT_LIGHT, edge(y, z, WIDTH, wide, tall))
+def edge(row, places, half_length):
+    """Write the coverage by an edge of the table, reaching under the top: no light leaks."""
+    u, wide, z, tall = (
+        row.work[places[0]], row.work[places[1]], row.work[places[2]], row.work[places[3]],
+    )  # fmt: skip
+    seen, cover = row.work[SEEN], row.work[COVER]
+    for i in range(row.columns[0], row.columns[1]):
+        high = HALF * min(tall[i], THICKNESS)
+        cover[i] = seen[i] * overlap(u[i], -half_length, half_length, wide[i])
+        cover[i] *= overlap(z[i], -THICKNESS, high, tall[i])
 
 
 @kernel
-def side_edge(row, columns, view, colours):
-    """Lay the left or right edge of the table."""
-    ray = row.ray
-    for i in range(columns[0], columns[1]):
-        t, z, iy = row.work[0, i], row.work[1, i], ray[IY, i]
-        if row.near[i] < t < row.far[i] and abs(z) < MARGIN:
-            x, scale = view.x + t * ray[X, i], t * ray[PITCH, i]
-            wide = span(ray[X, i] * iy, view.rx, view.dx, view.ry, view.dy, scale)
-            tall = span(ray[Z, i] * iy, view.rz, view.dz, view.ry, view.dy, scale)
-            lay(row.colour, i, colours, TABLE, SIDE_LIGHT, edge(x, z, LENGTH, wide, tall))
-
-
-@kernel
-def edge(u, z, half_length, wide, tall):
-    """Return the coverage by the table's edge, reaching under the top so that no light leaks."""
-    cover = overlap(z, -THICKNESS, HALF * min(tall, THICKNESS), tall)
-    return cover * overlap(u, -half_length, half_length, wide)
-
-
-@kernel
-def legs(row, columns, view, colours):
+def legs(row, view, colours):
     """Lay the two leg frames, the far one first."""
-    far = math.copysign(LEG_X, -view.x)
+    far = math.copysign(LEG_X, -view[EYE, X])
+    y, z, wide, tall = row.work[U], row.work[V], row.work[SPAN_U], row.work[SPAN_V]
+    seen, cover = row.work[SEEN], row.work[COVER]
     for x in (far, -far):
-        meet(row.work[0], columns, row.ray[IX], x - view.x)
-        follow(row.work[1], columns, row.work[0], row.ray[Z], view.z)
-        if any_within(row.work[1], columns, GROUND - LEG_WIDTH, ZERO):
-            leg_frame(row, columns, view, colours)
+        cross(row, view, X, x)
+        if any_within(row, z, GROUND - MARGIN, MARGIN):
+            spread(row, view, X, V, (GROUND - MARGIN, MARGIN))
+            for i in range(row.columns[0], row.columns[1]):
+                cover[i] = seen[i] * overlap(z[i], GROUND, -THICKNESS, tall[i])
+                cover[i] *= overlap(abs(y[i]), LEG_INNER, LEG_OUTER, wide[i])
+            fill(row, row.work[LIGHT], ONE)
+            lay_row(row, colours[STEEL])
 
 
 @kernel
-def leg_frame(row, columns, view, colours):
-    """Lay a pair of legs."""
-    ray = row.ray
-    for i in range(columns[0], columns[1]):
-        t, z, ix = row.work[0, i], row.work[1, i], ray[IX, i]
-        y = abs(view.y + t * ray[Y, i])
-        if t <= row.near[i] or t >= row.far[i] or abs(y - LEG_Y) > TWO * LEG_WIDTH:
-            continue
-        scale = t * ray[PITCH, i]
-        wide = span(ray[Y, i] * ix, view.ry, view.dy, view.rx, view.dx, scale)
-        tall = span(ray[Z, i] * ix, view.rz, view.dz, view.rx, view.dx, scale)
-        cover = overlap(y, LEG_Y - LEG_WIDTH, LEG_Y + LEG_WIDTH, wide)
-        lay(row.colour, i, colours, STEEL, ONE, cover * overlap(z, GROUND, -THICKNESS, tall))
-
-
-@kernel
-def net(row, columns, view, colours):
+def net(row, view, colours):
     """Lay net, tape and posts."""
-    ray = row.ray
-    meet(row.work[0], columns, ray[IX], -view.x)
-    follow(row.work[1], columns, row.work[0], ray[Z], view.z)
-    if not any_within(row.work[1], columns, -TWO * POST, NET_TOP + POST):
+    y, z, wide, tall = row.work[U], row.work[V], row.work[SPAN_U], row.work[SPAN_V]
+    seen, cover = row.work[SEEN], row.work[COVER]
+    cross(row, view, X, ZERO)
+    if not any_within(row, z, -MARGIN, NET_TOP + MARGIN):
         return
-    for i in range(columns[0], columns[1]):
-        t, z, ix = row.work[0, i], row.work[1, i], ray[IX, i]
-        y = view.y + t * ray[Y, i]
-        if t <= row.near[i] or t >= row.far[i] or abs(y) > NET_SIDE + TWO * POST:
-            continue
-        scale = t * ray[PITCH, i]
-        wide = span(ray[Y, i] * ix, view.ry, view.dy, view.rx, view.dx, scale)
-        tall = span(ray[Z, i] * ix, view.rz, view.dz, view.rx, view.dx, scale)
-        across = overlap(y, -NET_SIDE, NET_SIDE, wide)
-        gaps = (ONE - stripes(y, CELL, CORD, wide)) * (ONE - stripes(z, CELL, CORD, tall))
-        mesh = across * overlap(z, ZERO, TAPE, tall) * (ONE - gaps)
-        post = overlap(abs(y), NET_SIDE, NET_SIDE + POST, wide)
-        lay(row.colour, i, colours, NET, ONE, mesh)
-        lay(row.colour, i, colours, LINE, ONE, across * overlap(z, TAPE, NET_TOP, tall))
-        lay(row.colour, i, colours, STEEL, ONE, post * overlap(z, -POST, NET_TOP, tall))
+    spread(row, view, X, V, (-MARGIN, NET_TOP + MARGIN))
+    fill(row, row.work[LIGHT], ONE)
+    for i in range(row.columns[0], row.columns[1]):
+        cover[i] = (ONE - stripes(y[i], CELL, CORD, wide[i])) * (
+            ONE - stripes(z[i], CELL, CORD, tall[i])
+        )
+    for i in range(row.columns[0], row.columns[1]):
+        cover[i] = (ONE - cover[i]) * overlap(z[i], ZERO, TAPE, tall[i])
+        cover[i] *= seen[i] * overlap(y[i], -NET_SIDE, NET_SIDE, wide[i])
+    lay_row(row, colours[NET])
+    for i in range(row.columns[0], row.columns[1]):
+        cover[i] = seen[i] * overlap(y[i], -NET_SIDE, NET_SIDE, wide[i])
+        cover[i] *= overlap(z[i], TAPE, NET_TOP, tall[i])
+    lay_row(row, colours[LINE])
+    for i in range(row.columns[0], row.columns[1]):
+        cover[i] = seen[i] * overlap(abs(y[i]), NET_SIDE, POST_SIDE, wide[i])
+        cover[i] *= overlap(z[i], -POST, NET_TOP, tall[i])
+    lay_row(row, colours[STEEL])
 
 
 @kernel
-def opponent(row, columns, view, paint):
+def opponent(row, view, paint):
     """Lay the opponent, a flat figure of tapered limbs."""
-    ray = row.ray
-    meet(row.work[0], columns, ray[IX], OPPONENT - view.x)
-    follow(row.work[1], columns, row.work[0], ray[Z], view.z)
-    if paint.figure.shape[0] == 0 or not any_within(row.work[1], columns, GROUND, FIGURE_TOP):
+    if paint.figure.shape[0] == 0:
         return
-    for i in range(columns[0], columns[1]):
-        t, z = row.work[0, i], row.work[1, i]
-        y = view.y + t * ray[Y, i]
-        if row.near[i] < t < row.far[i] and abs(y) < FIGURE_HALF_WIDTH and GROUND < z < FIGURE_TOP:
-            limbs(row.colour, i, (y, z, t * ray[PITCH, i]), paint.colours, paint.figure)
+    cross(row, view, X, OPPONENT)
+    y, z, soft = row.work[U], row.work[V], row.work[SPAN_U]
+    if not any_within(row, z, GROUND, FIGURE_TOP):
+        return
+    depth, pitch, seen = row.work[T], row.ray[PITCH], row.work[SEEN]
+    for i in range(row.columns[0], row.columns[1]):
+        soft[i] = depth[i] * pitch[i]
+    for i in range(row.columns[0], row.columns[1]):
+        inside = (abs(y[i]) < FIGURE_HALF_WIDTH) & (z[i] > GROUND) & (z[i] < FIGURE_TOP)
+        seen[i] = ONE if inside & (depth[i] > row.near[i]) & (depth[i] < row.far[i]) else ZERO
+    before = (row.columns[0], row.columns[1])
+    narrow(row, seen)
+    margin = TWO * soft[row.columns[0]]
+    for k in range(paint.figure.shape[0]):
+        limb = paint.figure[k]
+        reach = limb[12] + margin
+        if any_within(row, z, limb[10] - reach, limb[10] + reach):
+            show_limb(row, limb)
+            lay_row(row, paint.colours[int(limb[7])])
+    row.columns[0], row.columns[1] = before
 
 
 @kernel
-def limbs(pixels, i, place, colours, figure):
-    """Lay every limb near a point of the opponent's plane, rounded off and lit from above."""
-    y, z, soft = place
-    for k in range(figure.shape[0]):
-        limb = figure[k]
-        if abs(y - limb[9]) > limb[11] + soft or abs(z - limb[10]) > limb[12] + soft:
-            continue
-        u, v = y - limb[0], z - limb[1]
-        along = min(max((u * limb[2] + v * limb[3]) * limb[4], ZERO), ONE)
-        u, v = u - along * limb[2], v - along * limb[3]
-        radius = limb[5] + along * limb[6]
-        off, sharp = math.sqrt(u * u + v * v), inverse(radius)
-        light = LIMB_LIGHT + LIMB_SLOPE * (v - u) * sharp - LIMB_ROUND * off * off * sharp * sharp
-        lay(pixels, i, colours, int(limb[7]), light * limb[8], step(radius - off, soft))
+def narrow(row, seen):
+    """Restrict the columns to those from the first to the last that show something."""
+    first, last = row.columns[1], row.columns[0]
+    for i in range(row.columns[0], row.columns[1]):
+        if seen[i] > ZERO:
+            first, last = min(first, i), i + 1
+    row.columns[0], row.columns[1] = min(first, last), last
+
+
+@kernel
+def show_limb(row, limb):
+    """Write coverage and light of a limb, rounded off and lit from above."""
+    y, z, soft, seen = row.work[U], row.work[V], row.work[SPAN_U], row.work[SEEN]
+    light, cover = row.work[LIGHT], row.work[COVER]
+    y0, z0, run_y, run_z, shortness = limb[0], limb[1], limb[2], limb[3], limb[4]
+    start, taper, tone = limb[5], limb[6], limb[8]
+    for i in range(row.columns[0], row.columns[1]):
+        u, v = y[i] - y0, z[i] - z0
+        along = min(max((u * run_y + v * run_z) * shortness, ZERO), ONE)
+        u, v, radius = u - along * run_y, v - along * run_z, start + along * taper
+        cover[i] = seen[i] * step(radius - math.sqrt(u * u + v * v), soft[i])
+    for i in range(row.columns[0], row.columns[1]):
+        u, v = y[i] - y0, z[i] - z0
+        along = min(max((u * run_y + v * run_z) * shortness, ZERO), ONE)
+        sharp = inverse(start + along * taper)
+        u, v = (u - along * run_y) * sharp, (v - along * run_z) * sharp
+        light[i] = tone * (LIMB_LIGHT + LIMB_SLOPE * (v - u) - LIMB_ROUND * (u * u + v * v))

@@ -6,7 +6,8 @@ spans along an axis is taken as an interval, and its overlap with a line, a cord
 length: edges are covered without samples.
 
 Loops that write one array without branches compile to vector instructions; several outputs or a
-branch in one loop do not, hence the many small loops.
+branch in one loop do not, hence the many small loops. Indices that are handed on are numpy
+integers: numba compiles a kernel anew for every plain integer that it meets as a constant.
 """
 
 from typing import NamedTuple
@@ -19,8 +20,11 @@ F = np.float32
 ZERO, QUARTER, HALF, ONE, TWO = F(0), F(0.25), F(0.5), F(1), F(2)
 TINY, FAR = F(1e-9), F(1e9)
 
-X, Y, Z, IX, IY, IZ, PITCH, WALL_T, WALL_Z = range(9)  # rows of Row.ray
-RAY_ROWS, WORK_ROWS = 9, 6
+X, Y, Z, IX, IY, IZ, PITCH, WALL_T, WALL_Z = np.arange(9)  # rows of Row.ray
+RAY_ROWS = 9
+T, U, V, SPAN_U, SPAN_V, SEEN, LIGHT, COVER = np.arange(8)  # rows of Row.work
+WORK_ROWS = 8
+EYE, RIGHT, DOWN, FORWARD = range(4)  # rows of a view
 
 COLOURS = (
     "ball", "table", "line", "net", "steel", "floor", "seam", "wall", "wainscot", "window",
@@ -33,23 +37,6 @@ TEXELS = 256
 TEXELS_PER_METRE, TEXEL = F(28), F(1 / 28)
 
 
-class View(NamedTuple):
-    """Where the camera is, and its axes right, down, forward, in the world."""
-
-    x: F
-    y: F
-    z: F
-    rx: F
-    ry: F
-    rz: F
-    dx: F
-    dy: F
-    dz: F
-    fx: F
-    fy: F
-    fz: F
-
-
 class Paint(NamedTuple):
     """What surfaces look like."""
 
@@ -60,13 +47,17 @@ class Paint(NamedTuple):
 
 
 class Row(NamedTuple):
-    """One row of n pixels on its way to the picture; layers lie between `near` and `far`."""
+    """One row of n pixels on its way to the picture.
+
+    Layers go to `columns`, first and one past the last, where their depth is in (near, far).
+    """
 
     colour: np.ndarray  # (3, n)
     ray: np.ndarray  # (9, n): direction in the world, its inverse, pitch; depth, height at the wall
-    work: np.ndarray  # (6, n)
+    work: np.ndarray  # (8, n): of the layer at hand
     near: np.ndarray  # (n,) depth
     far: np.ndarray  # (n,) depth
+    columns: np.ndarray  # (2,) uint64: an index that may be negative would cost the vector code
 
 
 @kernel
@@ -88,9 +79,10 @@ def span(slope, right, down, right_normal, down_normal, scale):
 
 @kernel
 def overlap(u, low, high, width):
-    """Return the share of the interval of `width` about `u` that lies within [low, high]."""
+    """Return the share of the interval of `width` about `u` within [low, high], all exactly 1."""
     half = HALF * width
-    return max((min(u + half, high) - max(u - half, low)) / max(width, TINY), ZERO)
+    outside = max(low - (u - half), ZERO) + max(u + half - high, ZERO)
+    return max(ONE - outside / max(width, TINY), ZERO)
 
 
 @kernel
@@ -124,54 +116,81 @@ def grain(texture, u, v, width):
 
 
 @kernel
-def lay(pixels, i, colours, index, light, cover):
+def lay(pixels, i, colour, light, cover):
     """Lay a colour under some light over a pixel, as far as it covers."""
     for k in range(3):
-        pixels[k, i] += cover * (colours[index, k] * light - pixels[k, i])
+        pixels[k, i] = (ONE - cover) * pixels[k, i] + cover * (colour[k] * light)
 
 
 @kernel
-def lay_row(pixels, columns, colour, light, cover):
-    """Lay a colour under `light` over a range of columns, as far as it covers."""
-    first, last = columns
+def lay_row(row, colour):
+    """Lay a colour under the row's LIGHT over the columns, as far as COVER says."""
+    light, cover = row.work[LIGHT], row.work[COVER]
     for k in range(3):
-        under, full = pixels[k], colour[k]
-        for i in range(first, last):
-            under[i] += cover[i] * (full * light[i] - under[i])
+        under, full = row.colour[k], colour[k]
+        for i in range(row.columns[0], row.columns[1]):
+            under[i] = (ONE - cover[i]) * under[i] + cover[i] * (full * light[i])
 
 
 @kernel
-def any_within(values, columns, low, high):
-    """Tell whether a value of a range of columns lies within (low, high)."""
+def fill(row, out, value):
+    """Write one value to the columns."""
+    for i in range(row.columns[0], row.columns[1]):
+        out[i] = value
+
+
+@kernel
+def any_within(row, values, low, high):
+    """Tell whether a value in the columns lies within (low, high)."""
     count = 0
-    for i in range(columns[0], columns[1]):
+    for i in range(row.columns[0], row.columns[1]):
         count += 1 if (values[i] > low) & (values[i] < high) else 0
     return count > 0
 
 
 @kernel
-def meet(out, columns, inverse_direction, offset):
-    """Write the depth at which rays meet the plane at `offset` from the camera along an axis."""
-    for i in range(columns[0], columns[1]):
-        out[i] = offset * inverse_direction[i]
-
-
-@kernel
-def follow(out, columns, depth, direction, start):
+def follow(row, out, depth, direction, start):
     """Write one coordinate of the points at `depth` along the rays."""
-    for i in range(columns[0], columns[1]):
+    for i in range(row.columns[0], row.columns[1]):
         out[i] = start + depth[i] * direction[i]
 
 
 @kernel
-def level_places(row, columns, view, level):
-    """Write x, y, what a pixel spans of them, and depth, where rays meet a level plane."""
-    x, y, long, wide, t = row.work[0], row.work[1], row.work[2], row.work[3], row.work[5]
-    rx, ry, iz, pitch = row.ray[X], row.ray[Y], row.ray[IZ], row.ray[PITCH]
-    meet(t, columns, iz, level - view.z)
-    follow(x, columns, t, rx, view.x)
-    follow(y, columns, t, ry, view.y)
-    for i in range(columns[0], columns[1]):
-        long[i] = span(rx[i] * iz[i], view.rx, view.dx, view.rz, view.dz, t[i] * pitch[i])
-    for i in range(columns[0], columns[1]):
-        wide[i] = span(ry[i] * iz[i], view.ry, view.dy, view.rz, view.dz, t[i] * pitch[i])
+def cross(row, view, normal, offset):
+    """Write where rays cross the plane at `offset` along the axis `normal`.
+
+    Depth goes to T, the coordinates along the next two axes (in cyclic order) to U and V.
+    """
+    depth, inverse_direction = row.work[T], row.ray[IX + normal]
+    away, u, v = offset - view[EYE, normal], (normal + 1) % 3, (normal + 2) % 3
+    for i in range(row.columns[0], row.columns[1]):
+        depth[i] = away * inverse_direction[i]
+    follow(row, row.work[U], depth, row.ray[u], view[EYE, u])
+    follow(row, row.work[V], depth, row.ray[v], view[EYE, v])
+
+
+@kernel
+def spread(row, view, normal, bounded, limits):
+    """Write what pixels span along U and V of the plane crossed, and SEEN.
+
+    SEEN is 1 where the depth is in bounds and the row `bounded` of the work within limits, else 0.
+    """
+    depth, seen, value, (low, high) = row.work[T], row.work[SEEN], row.work[bounded], limits
+    spans(row, row.work[SPAN_U], view, ((normal + 1) % 3, normal))
+    spans(row, row.work[SPAN_V], view, ((normal + 2) % 3, normal))
+    for i in range(row.columns[0], row.columns[1]):
+        in_depth = (depth[i] > row.near[i]) & (depth[i] < row.far[i])
+        seen[i] = ONE if in_depth & (value[i] > low) & (value[i] < high) else ZERO
+
+
+@kernel
+def spans(row, out, view, axes):
+    """Write what pixels span along the first axis on a plane normal to the second."""
+    axis, normal = axes
+    direction, inverse_direction = row.ray[axis], row.ray[IX + normal]
+    right, down = view[RIGHT, axis], view[DOWN, axis]
+    right_normal, down_normal = view[RIGHT, normal], view[DOWN, normal]
+    depth, pitch = row.work[T], row.ray[PITCH]
+    for i in range(row.columns[0], row.columns[1]):
+        slope = direction[i] * inverse_direction[i]
+        out[i] = span(slope, right, down, right_normal, down_normal, depth[i] * pitch[i])

@@ -7,16 +7,19 @@ import numpy as np
 
 from rotorpong.conventions import BALL_RADIUS
 from rotorpong.kernels import kernel
-from rotorpong.world._court_kernels import layers
+from rotorpong.world._court_kernels import layers, table_hides_all
 from rotorpong.world._pixel_kernels import (
     BALL,
+    DOWN,
+    EYE,
     FAR,
+    FORWARD,
     HALF,
     IX,
-    IY,
     ONE,
     PITCH,
     RAY_ROWS,
+    RIGHT,
     TWO,
     WALL_T,
     WALL_Z,
@@ -24,10 +27,9 @@ from rotorpong.world._pixel_kernels import (
     ZERO,
     F,
     Row,
-    View,
     X,
-    Y,
     Z,
+    fill,
     follow,
     inverse,
     lay,
@@ -35,6 +37,7 @@ from rotorpong.world._pixel_kernels import (
 from rotorpong.world._room_kernels import meet_walls, room
 
 WHITEST = F(255)
+TILE = 320
 SUB = 4  # samples along each side of a pixel
 LIGHT = (-0.60, 0.25, 0.76)  # direction to the light, world frame, unit length
 AMBIENT = 0.58
@@ -59,37 +62,41 @@ class BallView(NamedTuple):
 def paint_rows(picture, rays, corner, position, rotation, ball, paint):
     """Paint a box of the picture whose upper left pixel is (column, row) = corner.
 
-    The pose is asked for row by row: a rolling shutter would hand each row its own.
+    The pose is asked for row by row: a rolling shutter would hand each row its own. A row is
+    painted in tiles that fit the processor's first cache.
     """
-    width = picture.shape[1]
-    row = new_row(width)
+    row, view = new_row(), np.empty((4, 3), np.float32)
     for i in range(picture.shape[0]):
-        view, seen = view_of(position, rotation), ball_view(ball, position, rotation)
-        place = (corner[0], corner[1] + i)
-        cast(row, rays[:, place[1], place[0] : place[0] + width], view)
-        room(row, view, paint)
-        first, last = ball_columns(rays, place, width, seen)
-        bounds = np.zeros((2, max(last - first, 0)), np.float32)
-        if first < last:
-            sample_columns(row, bounds, rays, place, first, seen)
-        layers(row, (0, width), view, ball, paint)
-        if first < last:
-            for k in range(first, last):
-                lay(row.colour, k, paint.colours, BALL, bounds[0, k - first], bounds[1, k - first])
-                row.near[k], row.far[k] = ZERO, row.near[k]
-            layers(row, (first, last), view, ball, paint)
-        expose(picture[i], row.colour)
+        view_of(view, position, rotation)
+        seen = ball_view(ball, position, rotation)
+        for start in range(0, picture.shape[1], TILE):
+            count = min(picture.shape[1] - start, TILE)
+            place = (corner[0] + start, corner[1] + i)
+            row.columns[0], row.columns[1] = 0, count
+            cast(row, rays[:, place[1], place[0] : place[0] + count], view)
+            first, last = ball_columns(rays, place, count, seen)
+            samples = np.zeros((2, last - first), np.float32)
+            sample_columns(row, samples, rays, (place[0] + first, place[1]), first, seen)
+            hidden = table_hides_all(row, view)
+            if not hidden:
+                room(row, view, paint)
+            layers(row, view, ball, paint, hidden)
+            if first < last:
+                lay_ball(row, first, samples, paint.colours[BALL])
+                layers(row, view, ball, paint, hidden)
+            expose(picture[i, start : start + count], row.colour)
 
 
 @kernel
-def new_row(width):
+def new_row():
     """Return an unpainted row."""
     return Row(
-        np.empty((3, width), np.float32),
-        np.empty((RAY_ROWS, width), np.float32),
-        np.empty((WORK_ROWS, width), np.float32),
-        np.empty(width, np.float32),
-        np.empty(width, np.float32),
+        np.empty((3, TILE), np.float32),
+        np.empty((RAY_ROWS, TILE), np.float32),
+        np.empty((WORK_ROWS, TILE), np.float32),
+        np.empty(TILE, np.float32),
+        np.empty(TILE, np.float32),
+        np.zeros(2, np.uint64),
     )
 
 
@@ -97,8 +104,18 @@ def new_row(width):
 def sample_columns(row, samples, rays, place, first, ball):
     """Write the ball's light and coverage, and bound the layers behind it."""
     for k in range(samples.shape[1]):
-        cover, depth, light = sample_ball(rays, place[1], place[0] + first + k, ball)
+        cover, depth, light = sample_ball(rays, place[1], place[0] + k, ball)
         samples[0, k], samples[1, k], row.near[first + k] = light, cover, depth
+
+
+@kernel
+def lay_ball(row, first, samples, colour):
+    """Lay the ball, and make its columns and what is before it the next to be painted."""
+    for k in range(samples.shape[1]):
+        i = first + k
+        lay(row.colour, i, colour, samples[0, k], samples[1, k])
+        row.near[i], row.far[i] = ZERO, row.near[i]
+    row.columns[0], row.columns[1] = first, first + samples.shape[1]
 
 
 @kernel
@@ -112,43 +129,32 @@ def cover_rows(coverage, rays, position, rotation, ball):
 
 
 @kernel
-def view_of(position, rotation):
-    """Return a pose in single precision."""
-    return View(
-        F(position[0]), F(position[1]), F(position[2]),
-        F(rotation[0, 0]), F(rotation[1, 0]), F(rotation[2, 0]),
-        F(rotation[0, 1]), F(rotation[1, 1]), F(rotation[2, 1]),
-        F(rotation[0, 2]), F(rotation[1, 2]), F(rotation[2, 2]),
-    )  # fmt: skip
+def view_of(view, position, rotation):
+    """Write a pose in single precision: eye, and axes right, down, forward, in the world."""
+    for k in range(3):
+        view[EYE, k] = position[k]
+        for axis in range(3):
+            view[RIGHT + axis, k] = rotation[k, axis]
 
 
 @kernel
 def cast(row, rays, view):
     """Start a row: its rays in the world, where they meet the walls, no bounds."""
-    ray = row.ray
-    combine(ray[X], rays, view.rx, view.dx, view.fx)
-    combine(ray[Y], rays, view.ry, view.dy, view.fy)
-    combine(ray[Z], rays, view.rz, view.dz, view.fz)
+    ray, a, b = row.ray, rays[0], rays[1]
     for k in range(3):
-        invert(ray[IX + k], ray[X + k])
-    ray[PITCH] = rays[2]
-    meet_walls(ray[WALL_T], ray[IX], ray[IY], view)
-    follow(ray[WALL_Z], (0, ray.shape[1]), ray[WALL_T], ray[Z], view.z)
-    row.colour[:], row.near[:], row.far[:] = ZERO, ZERO, FAR
-
-
-@kernel
-def combine(out, rays, right, down, forward):
-    """Write one world axis of every ray."""
-    for i in range(out.shape[0]):
-        out[i] = forward + rays[0, i] * right + rays[1, i] * down
-
-
-@kernel
-def invert(out, x):
-    """Write 1/x."""
-    for i in range(out.shape[0]):
-        out[i] = inverse(x[i])
+        right, down, forward = view[RIGHT, k], view[DOWN, k], view[FORWARD, k]
+        direction, inverse_direction = ray[X + k], ray[IX + k]
+        for i in range(row.columns[0], row.columns[1]):
+            direction[i] = forward + a[i] * right + b[i] * down
+        for i in range(row.columns[0], row.columns[1]):
+            inverse_direction[i] = inverse(direction[i])
+        fill(row, row.colour[k], ZERO)
+    for i in range(row.columns[0], row.columns[1]):
+        ray[PITCH, i] = rays[2, i]
+    meet_walls(row, view)
+    follow(row, ray[WALL_Z], ray[WALL_T], ray[Z], view[EYE, Z])
+    fill(row, row.near, ZERO)
+    fill(row, row.far, FAR)
 
 
 @kernel
@@ -156,7 +162,7 @@ def expose(pixels, colour):
     """Round a row to what the picture holds."""
     for i in range(pixels.shape[0]):
         for k in range(3):
-            pixels[i, k] = np.uint8(min(colour[k, i], WHITEST) + HALF)
+            pixels[i, k] = np.uint8(min(max(colour[k, i], ZERO), WHITEST) + HALF)
 
 
 @kernel
@@ -229,9 +235,8 @@ def sample_ball(rays, row, column, ball):
     A ray meets the sphere where (d.c)^2 >= |d|^2 (|c|^2 - r^2). Pixels whose every point is inside
     or outside need one ray; the others get SUB x SUB, placed by the local slopes of the ray table.
     """
-    a, b = float(rays[0, row, column]), float(rays[1, row, column])
-    ax, bx = slopes(rays, row, column, 0, 1)
-    ay, by = slopes(rays, row, column, 1, 0)
+    a, b = np.float64(rays[0, row, column]), np.float64(rays[1, row, column])
+    ax, bx, ay, by = slopes(rays, row, column)
     along = a * ball.x + b * ball.y + ball.z
     squared = a * a + b * b + 1.0
     beyond = ball.x**2 + ball.y**2 + ball.z**2 - BALL_RADIUS**2
@@ -263,14 +268,17 @@ def sample_ball(rays, row, column, ball):
 
 
 @kernel
-def slopes(rays, row, column, right, down):
-    """Return how (X/Z, Y/Z) changes from this pixel to the next one right or down."""
-    r0, c0 = max(row - down, 0), max(column - right, 0)
-    r1, c1 = min(row + down, rays.shape[1] - 1), min(column + right, rays.shape[2] - 1)
-    scale = 1.0 / max(r1 - r0 + c1 - c0, 1)
-    a = float(rays[0, r1, c1]) - float(rays[0, r0, c0])
-    b = float(rays[1, r1, c1]) - float(rays[1, r0, c0])
-    return a * scale, b * scale
+def slopes(rays, row, column):
+    """Return how X/Z and Y/Z change from this pixel to the next one right, and down."""
+    r0, r1 = max(row - 1, 0), min(row + 1, rays.shape[1] - 1)
+    c0, c1 = max(column - 1, 0), min(column + 1, rays.shape[2] - 1)
+    right, down = 1.0 / max(c1 - c0, 1), 1.0 / max(r1 - r0, 1)
+    return (
+        right * (np.float64(rays[0, row, c1]) - rays[0, row, c0]),
+        right * (np.float64(rays[1, row, c1]) - rays[1, row, c0]),
+        down * (np.float64(rays[0, r1, column]) - rays[0, r0, column]),
+        down * (np.float64(rays[1, r1, column]) - rays[1, r0, column]),
+    )
 
 
 @kernel

@@ -81,9 +81,7 @@ def solve(state, plane_x, goal, solids):
             vy += (goal[0] - crossing[1]) * -state[3] / (state[0] - plane_x)
         if kind == 1 and legal_before and (error > 0.0) != (before > 0.0):
             start = vz - STEP * error / (error - before)
-            found, y, z = newton(
-                state, vy, start, plane_x, goal, solids, work, contacts, crossing
-            )
+            found, y, z = newton(state, vy, start, plane_x, goal, solids, work, contacts, crossing)
             if found:
                 return True, y, z
         before, legal_before = error, kind == 1

@@ -13,7 +13,13 @@ from numpy import ndarray
 
 from rotorpong.physics.ball import TABLE_SURFACE, Air, Ball, Surface
 from rotorpong.world import _contact_kernels as kernels
-from rotorpong.world.court import FLOOR_HEIGHT, NET_HALF_LENGTH, NET_HEIGHT, TABLE_HALF_LENGTH, TABLE_HALF_WIDTH
+from rotorpong.world.court import (
+    FLOOR_HEIGHT,
+    NET_HALF_LENGTH,
+    NET_HEIGHT,
+    TABLE_HALF_LENGTH,
+    TABLE_HALF_WIDTH,
+)
 from rotorpong.world.racket import HULL, Hull, Racket
 
 TICK = 0.001  # s, the world's clock
@@ -28,7 +34,8 @@ FLOOR_SURFACE = Surface(0.75, 0.4)
 Track = Float[ndarray, "instants 7"]  # position, quaternion
 BallState = Float[ndarray, "9"]  # position, velocity, spin
 NO_DRONE = np.empty((0, 7))
-MOST_CONTACTS = 64
+MOST_CONTACTS = 64  # of a piece of flight that are kept
+MOST_BOUNCES = 8  # after which a flight over the court is given up
 
 
 class Solids(NamedTuple):
@@ -77,29 +84,35 @@ def advance(
     """
     ticks = len(track) - 1
     path, rows = np.empty((ticks, 9)), np.empty((MOST_CONTACTS, 14))
-    count = kernels.advance(state.copy(), start_time, ticks, track, solids, kernels.make_work(), rows, path)
+    count = kernels.advance(
+        state.copy(), start_time, ticks, track, solids, kernels.make_work(), rows, path
+    )
     return path, tuple(_contact(row) for row in rows[: min(count, MOST_CONTACTS)])
 
 
+def fly_over_court(state: BallState, ticks: int, solids: Solids) -> Float[ndarray, "ticks 9"]:
+    """Fly a ball over the court without a drone; return its state after each tick."""
+    return advance(state, 0.0, _nobody(ticks), solids)[0]
+
+
 def land(state: BallState, solids: Solids, longest: float = 3.0) -> tuple[Contact, ...]:
-    """Fly a ball over the court without the drone; return its contacts up to the floor."""
-    track = np.repeat([[0.0, 0.0, 99.0, 1.0, 0.0, 0.0, 0.0]], round(longest / TICK) + 1, axis=0)
-    contacts = advance(state, 0.0, track, solids)[1]
+    """Fly a ball over the court without a drone; return its contacts up to the floor."""
+    contacts = advance(state, 0.0, _nobody(round(longest / TICK)), solids)[1]
     floor = next((i for i, c in enumerate(contacts) if c.solid == "floor"), len(contacts))
     return contacts[: floor + 1]
 
 
 def approach(
-    state: BallState, plane_x: float, solids: Solids, longest: float = 3.0, contacts: int = 8
+    state: BallState, plane_x: float, solids: Solids, longest: float = 3.0
 ) -> tuple[float | None, BallState, tuple[Contact, ...]]:
     """Fly a ball over the empty court until its centre passes x = plane_x.
 
-    The flight is given up after `longest` seconds, or at its `contacts`th contact.
+    The flight is given up after `longest` seconds, or at its eighth contact.
 
     Returns:
         Time of the crossing (None: it never came), the state there, and the contacts before.
     """
-    crossing, rows = np.empty(9), np.empty((contacts, 14))
+    crossing, rows = np.empty(9), np.empty((MOST_BOUNCES, 14))
     time, count = kernels.approach(
         state.copy(), plane_x, longest, _coarse(solids), kernels.make_work(), rows, crossing
     )
@@ -112,9 +125,7 @@ def miss_distances(
 ) -> Float[ndarray, "n"]:
     """Return the gap between the ball's surface and the blade at each instant, m."""
     out = np.empty(len(positions))
-    kernels.blade_gaps(
-        positions, track, racket, np.empty((3, 3)), np.empty(3), np.empty(3), out
-    )
+    kernels.blade_gaps(positions, track, racket, np.empty((3, 3)), np.empty(3), np.empty(3), out)
     return out
 
 
@@ -149,6 +160,11 @@ def drone_touches_court(track: Track, hull: Hull) -> bool:
     return bool(np.any(hits | (at_net & (low < NET_HEIGHT))))
 
 
+def _nobody(ticks: int) -> Track:
+    """Return the track of a drone out of everybody's way."""
+    return np.tile([0.0, 0.0, 99.0, 1.0, 0.0, 0.0, 0.0], (ticks + 1, 1))
+
+
 def _coarse(solids: Solids) -> Solids:
     return solids._replace(tick=COARSE_TICK)
 
@@ -163,5 +179,3 @@ def _contact(row: Float[ndarray, "14"]) -> Contact:
         facing=float(row[11]),
         blade_point=(float(row[12]), float(row[13])),
     )
-
-

@@ -175,9 +175,7 @@ def _paint(scene: Scene) -> Paint:
 def _texture(seed: int) -> Float32[ndarray, "rows columns"]:
     """Return a seamless cloudy pattern of mean 0 and standard deviation 1."""
     noise = np.random.default_rng(seed).standard_normal((TEXELS, TEXELS))
-    frequency = np.hypot(
-        np.fft.fftfreq(TEXELS)[:, None], np.fft.rfftfreq(TEXELS)[None]
-    )
+    frequency = np.hypot(np.fft.fftfreq(TEXELS)[:, None], np.fft.rfftfreq(TEXELS)[None])
     frequency[0, 0] = np.inf  # mean 0
     pattern = np.fft.irfft2(np.fft.rfft2(noise) / frequency**TEXTURE_OCTAVE_DECAY)
     return (pattern / pattern.std()).astype(np.float32)

@@ -1,9 +1,9 @@
 """Serves: how balls are thrown at the drone.
 
 A serve of the kind `human` is a table-tennis throw: it clears the net, bounces exactly once, on
-the drone's half, and passes a target on the blade plane. The target is drawn first and kept; release,
-speed and spin are drawn again until some launch direction meets the target, with drag, Magnus force
-and bounce solved exactly. Where two arcs do, the lower one is thrown. World frame.
+the drone's half, and passes a target on the blade plane. The target is drawn first and kept;
+release, speed and spin are drawn again until some launch direction meets the target, with drag,
+Magnus force and bounce solved exactly. Where two arcs do, the lower one is thrown. World frame.
 """
 
 import math
@@ -66,11 +66,10 @@ def draw(kind: ServeKind, rng: np.random.Generator) -> Serve:
 def draw_at(kind: ServeKind, target: tuple[float, float], rng: np.random.Generator) -> Serve:
     """Draw a serve that passes `target`, metres left and up of the home blade's centre."""
     for _ in range(MOST_TRIES):
-        position = np.array(HOME_BLADE) + [
-            rng.uniform(*kind.release_ahead),
-            rng.uniform(*kind.release_left),
-            rng.uniform(*kind.release_up),
-        ]
+        ahead = rng.uniform(*kind.release_ahead)
+        left = rng.uniform(*kind.release_left)
+        up = rng.uniform(*kind.release_up)
+        position = np.array(HOME_BLADE) + np.array([ahead, left, up])
         speed = rng.uniform(*kind.approach_speed)
         spin = rng.normal(0.0, kind.spin_sd, size=3)
         velocity = launch(position, speed, spin, target)

@@ -44,6 +44,8 @@ from rotorpong.world.render import Scene, render
 from rotorpong.world.sensors import draw_sensors, read
 from rotorpong.world.serves import Serve
 
+CARDBOARD_RACKET = Racket()
+PLAIN_SCENE = Scene()
 LONGEST_SERVE = 3000  # ticks
 PASSED = 0.5  # m behind the centre of mass: the ball is gone
 FULL_FACE = math.cos(math.radians(45.0))
@@ -73,8 +75,8 @@ class Setting:
 
     vehicle: Vehicle
     camera: Camera
-    racket: Racket = Racket()
-    scene: Scene = Scene()
+    racket: Racket = CARDBOARD_RACKET
+    scene: Scene = PLAIN_SCENE
     blackout: bool = False  # every frame is black
 
 

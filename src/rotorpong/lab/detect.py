@@ -1,0 +1,66 @@
+"""Balls in the user's own pictures: what `rotorpong detect` does."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rotorpong.conventions import BALL_DIAMETER, InputError
+from rotorpong.lab.spec import camera_named, require_choice
+from rotorpong.vision.detect import COLOURS
+from rotorpong.vision.pictures import PictureBalls, as_json, detect_pictures, write_annotated
+
+EYES = ("paper",)
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """What is looked for in the pictures."""
+
+    camera: str | None = None  # profile or calibration file that took them; None: no positions
+    eyes: str = "paper"
+    colours: tuple[str, ...] = ("orange",)
+    ball_diameter: float = BALL_DIAMETER  # m
+    min_score: float = 0.0  # 0 to 1
+
+
+def detect_all(
+    paths: Sequence[Path], search: Search, out: Path | None, progress: Callable[[int, int], None]
+) -> dict[str, Any]:
+    """Find balls in pictures, folders and videos.
+
+    Args:
+        paths: of all of them.
+        search: what to look for, and how.
+        out: folder for annotated pictures; None: none are written.
+        progress: called with (pictures done, pictures done).
+
+    Returns:
+        What `detect --json` prints.
+
+    Raises:
+        InputError: an unknown name, an unreadable or empty path, or `out` is no folder.
+    """
+    require_choice("eyes", search.eyes, EYES)
+    for colour in search.colours:
+        require_choice("colour", colour, tuple(COLOURS))
+    if out is not None and out.exists() and not out.is_dir():
+        raise InputError(f"out {str(out)!r} is a file: expected a folder for annotated pictures")
+    found = detect_pictures(
+        paths,
+        camera=None if search.camera is None else camera_named(search.camera),
+        colours=search.colours,
+        ball_diameter=search.ball_diameter,
+        min_score=search.min_score,
+    )
+    return as_json(_kept(found, out, progress))
+
+
+def _kept(
+    found: Iterator[PictureBalls], out: Path | None, progress: Callable[[int, int], None]
+) -> Iterator[PictureBalls]:
+    for index, result in enumerate(found):
+        if out is not None:
+            write_annotated(result, out, index=index)
+        progress(index + 1, index + 1)
+        yield result

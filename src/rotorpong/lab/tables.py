@@ -1,0 +1,84 @@
+"""Results as tables for a terminal."""
+
+from typing import Any
+
+from rich.table import Table
+
+
+def percent(share: float | None, interval: tuple[float, float] | None = None) -> str:
+    """Return a rate in words: `12.0 %`, with its interval `12.0 % (9.4-15.1)`."""
+    if share is None:
+        return "-"
+    shown = f"{100 * share:.1f} %"
+    if interval is None:
+        return shown
+    return f"{shown} ({100 * interval[0]:.1f}-{100 * interval[1]:.1f})"
+
+
+def summary_table(result: dict[str, Any]) -> Table:
+    """Show what `evaluate` found."""
+    table = _two_columns(f"{result['player']} player, {result['eyes']} eyes")
+    for what in ("vehicle", "camera", "serves", "seed", "balls"):
+        table.add_row(what, str(result[what]))
+    table.add_row("hits", str(result["hits"]))
+    table.add_row("hit rate (95 %)", percent(result["hit_rate"], result["hit_rate_interval"]))
+    for outcome, count in sorted(_counts(result["trials"]).items()):
+        table.add_row(outcome, str(count))
+    median = result["miss_distance_median_m"]
+    table.add_row("miss distance, median", "-" if median is None else f"{100 * median:.1f} cm")
+    return table
+
+
+def detection_table(result: dict[str, Any]) -> Table:
+    """Show what `detect` found: the best ball of each picture."""
+    table = Table(title="balls", title_justify="left")
+    for column in ("picture", "frame", "balls", "x px", "y px", "diameter px", "score", "depth m"):
+        table.add_column(column, justify="left" if column == "picture" else "right")
+    for picture in result["pictures"]:
+        row = [picture["path"], str(picture["frame"]), str(len(picture["balls"]))]
+        table.add_row(*row, *_best(picture["balls"]))
+    return table
+
+
+def stats_table(result: dict[str, Any]) -> Table:
+    """Show what `serves stats` found."""
+    table = _two_columns(f"{result['balls']} serves {result['serves']}, camera {result['camera']}")
+    for key in ("flight_time_s", "time_after_plane_s", "last_sight_before_contact_s"):
+        found = result[key]
+        shown = " / ".join("-" if value is None else f"{value:.2f}" for value in found.values())
+        table.add_row(f"{key[:-2].replace('_', ' ')}, s (5 / 50 / 95 %)", shown)
+    table.add_row("share of the flight in the picture", percent(result["share_in_picture"]))
+    table.add_row("in the picture at the plane", percent(result["share_in_picture_at_plane"]))
+    interval = result["hover_hit_rate_interval"]
+    table.add_row("hits of a hovering blade (95 %)", percent(result["hover_hit_rate"], interval))
+    return table
+
+
+def findings_table(result: dict[str, Any]) -> Table:
+    """Show what `doctor` found."""
+    table = _two_columns("rotorpong doctor")
+    for check in result["checks"]:
+        mark = "ok" if check["ok"] else "[red]problem[/red]"
+        table.add_row(check["name"], f"{mark}  {check['found']}")
+    return table
+
+
+def _two_columns(title: str) -> Table:
+    table = Table(title=title, title_justify="left", show_header=False)
+    table.add_column("what")
+    table.add_column("value", justify="right")
+    return table
+
+
+def _counts(trials: list[dict[str, Any]]) -> dict[str, int]:
+    outcomes = [trial["outcome"] for trial in trials]
+    return {outcome: outcomes.count(outcome) for outcome in set(outcomes)}
+
+
+def _best(balls: list[dict[str, Any]]) -> list[str]:
+    if not balls:
+        return ["-"] * 5
+    ball = balls[0]
+    numbers = [f"{ball[key]:.1f}" for key in ("x_px", "y_px", "diameter_px")]
+    depth = "-" if ball["position_m"] is None else f"{ball['position_m'][2]:.2f}"
+    return [*numbers, f"{ball['score']:.2f}", depth]
