@@ -2,8 +2,9 @@
 
 numba keys its cache by the file of the kernel alone, so an edited callee or constant in another
 file silently keeps its old value. Here the cache lives in a folder named by a hash of all sources
-that a kernel can depend on, outside the package, which may be read-only and must leave nothing behind when it is
-uninstalled. Where nothing is writable, or the disk is nearly full, kernels compile uncached.
+that a kernel can depend on. It is outside the package, which may be read-only and must leave
+nothing behind when it is uninstalled. Where nothing is writable, or the disk is nearly full,
+kernels compile uncached.
 """
 
 import contextlib

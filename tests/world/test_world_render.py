@@ -165,7 +165,7 @@ def reds(camera, ball, point, body):
     """Red minus blue at a world point, with and without the ball."""
     position, rotation = pose(camera, body=body)
     x, y = np.rint(opencv_pixels(camera, (np.array([point]) - position) @ rotation)[0]).astype(int)
-    box = (x, y, x + 1, y + 1)
+    box = (int(x), int(y), int(x) + 1, int(y) + 1)
     pictures = [
         render(camera, position, rotation, np.array(b), BARE, region=box)[0, 0].astype(int)
         for b in (ball, NOWHERE)

@@ -89,8 +89,8 @@ def summary(spec: Spec, results: Sequence[Result]) -> dict[str, Any]:
     return {
         "player": spec.player,
         "eyes": spec.eyes,
-        "vehicle": spec.vehicle,
-        "camera": spec.camera,
+        "vehicle": spec.vehicle_name,
+        "camera": spec.camera_name,
         "serves": spec.serves,
         "balls": balls,
         "seed": spec.seed,

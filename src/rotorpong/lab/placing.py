@@ -71,8 +71,14 @@ def place(fit: FlightFit, direction: Float[ndarray, "2"]) -> Placed | None:
         return None
     nearest = PLANE_X + LEAST_AHEAD - float(before.position[:, 0].max())
     shifts = np.arange(nearest, PLANE_X + MOST_AHEAD - float(start.position[0]), PLACE_STEP)
-    tried = (_placed(before, after, fit, (yaw, float(shift))) for shift in shifts)
-    return min((one for one in tried if one), key=lambda one: one.rank, default=None)
+    best = None
+    for shift in sorted(shifts.tolist(), key=abs):
+        placed = _placed(before, after, fit, (yaw, shift))
+        if placed and (best is None or placed.rank < best.rank):
+            best = placed
+        if best and best.rank[:2] == (False, 0.0):  # any other is moved more
+            return best
+    return best
 
 
 def _start(fit: FlightFit, yaw: float) -> Ball:
@@ -115,7 +121,7 @@ def _placed(
     by = (shift, sideways, 0.0)
     ball = Ball(before.position[release] + by, before.velocity[release], before.spin[release])
     solids = Solids(air=fit.air, table=fit.table.surface)
-    time, state, contacts = approach(state_of(ball), PLANE_X, solids, contacts=2)
+    time, state, contacts = approach(state_of(ball), PLANE_X, solids)
     if time is None or not _is_legal(contacts):
         return None
     left, up = (float(state[i] - HOME_BLADE[i]) for i in (1, 2))
@@ -148,4 +154,4 @@ def _is_legal(contacts: tuple[Contact, ...]) -> bool:
         return True
     first = contacts[0]
     on_top = first.solid == "table" and first.normal[2] > UPRIGHT
-    return len(contacts) == 1 and on_top and first.position[0] < 0.0
+    return bool(len(contacts) == 1 and on_top and first.position[0] < 0.0)

@@ -36,7 +36,7 @@ def serve_stats(
     hits = outcomes.count("hit")
     return {
         "serves": spec.serves,
-        "camera": spec.camera,
+        "camera": spec.camera_name,
         "seed": spec.seed,
         "balls": balls,
         "flight_time_s": _quantiles([view["flight"] for view in views]),

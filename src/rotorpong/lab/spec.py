@@ -1,7 +1,8 @@
-"""What is played against what: everything that decides the result of a command, by name.
+"""What is played against what: everything that decides the result of a command.
 
-A spec is frozen, cheap to pickle and made of plain values, so a worker process builds from it the
-same world, eyes and player as the parent. Everything is checked here, at the door.
+A spec is frozen and cheap to pickle, so a worker process builds from it the same world, eyes and
+player as the parent. Vehicle and camera are named, or passed as objects of one's own. Everything is
+checked here, at the door.
 """
 
 import importlib.util
@@ -11,6 +12,7 @@ from pathlib import Path
 
 from rotorpong.conventions import InputError
 from rotorpong.drone import Eyes, Player
+from rotorpong.lab.serving import SERVE_KINDS, serve_source
 from rotorpong.physics.camera import CAMERAS, Camera
 from rotorpong.physics.vehicle import TUM_GAZEBO, Vehicle
 from rotorpong.vision import PaperEyes, read_camera
@@ -27,12 +29,12 @@ LARGEST_SEED = 2**63 - 1
 
 @dataclass(frozen=True, slots=True)
 class Spec:
-    """One setting of the game. Strings are names, or files where files are possible."""
+    """One setting of the game. Texts are names, or files where files are possible."""
 
     player: str = "paper"
     eyes: str = "paper"
-    vehicle: str = "tum_gazebo"
-    camera: str = "gazebo"
+    vehicle: str | Vehicle = "tum_gazebo"
+    camera: str | Camera = "gazebo"
     serves: str = "human"
     seed: int = 0
     racket: str = "cardboard"
@@ -44,15 +46,20 @@ class Spec:
         Raises:
             InputError: something is unknown, unreadable or does not go together.
         """
-        if not self.is_own_player:
+        if self.is_own_player:
+            own_player(self.player)
+        else:
             require_choice("player", self.player, PLAYERS, "or your own as FILE.py:CLASS")
         require_choice("eyes", self.eyes, EYES)
-        require_choice("vehicle", self.vehicle, tuple(VEHICLES))
+        if isinstance(self.vehicle, str):
+            require_choice("vehicle", self.vehicle, tuple(VEHICLES))
         require_choice("racket", self.racket, tuple(RACKETS))
         require_seed(self.seed)
         if self.blackout and self.eyes == "truth":
             raise InputError("--blackout with eyes truth: they look at no frame; choose paper eyes")
         self.camera_profile()
+        if self.serves not in SERVE_KINDS:
+            serve_source(self.serves, self.seed)
         return self
 
     @property
@@ -60,14 +67,25 @@ class Spec:
         """Whether the player is a user's own class."""
         return ".py:" in self.player
 
+    @property
+    def vehicle_name(self) -> str:
+        """How the vehicle is called in results."""
+        return self.vehicle if isinstance(self.vehicle, str) else self.vehicle.name
+
+    @property
+    def camera_name(self) -> str:
+        """How the camera is called in results."""
+        return self.camera if isinstance(self.camera, str) else self.camera.name
+
     def camera_profile(self) -> Camera:
-        """Return the camera: a profile by name, or the user's calibration file."""
-        return camera_named(self.camera)
+        """Return the camera: a profile by name, the user's calibration file, or as passed."""
+        return camera_named(self.camera) if isinstance(self.camera, str) else self.camera
 
     def setting(self) -> Setting:
         """Return what the serves meet."""
+        vehicle = VEHICLES[self.vehicle] if isinstance(self.vehicle, str) else self.vehicle
         return Setting(
-            VEHICLES[self.vehicle],
+            vehicle,
             self.camera_profile(),
             racket=RACKETS[self.racket],
             blackout=self.blackout,

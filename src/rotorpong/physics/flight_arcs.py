@@ -25,7 +25,8 @@ WINDOW_TIME = 0.1  # s, on either side
 FEWEST_BESIDE = 3  # points on either side
 SMALLEST_JUMP = 1.5  # m/s
 SIGNIFICANCE = 4.0  # standard errors
-STROKE = 0.5  # of the speed before
+STROKE_TURN = 0.7  # cosine
+FROM_REST = 2.0  # of the speed before
 LEAST_NOISE = 0.0015  # m
 LONGEST_GAP = 0.15  # s unseen, in which anything may have happened
 
@@ -46,8 +47,10 @@ class Kink:
 
     @property
     def is_stroke(self) -> bool:
-        """Whether it is too large for a fault of the measurement."""
-        return bool(np.linalg.norm(self.after - self.before) > STROKE * np.linalg.norm(self.before))
+        """Whether a racket did it: the ball turned, or was nearly at rest before."""
+        was, became = np.linalg.norm(self.before), np.linalg.norm(self.after)
+        turned = self.before @ self.after < STROKE_TURN * was * became
+        return bool(turned or np.linalg.norm(self.after - self.before) > FROM_REST * was)
 
     @property
     def is_table_bounce(self) -> bool:

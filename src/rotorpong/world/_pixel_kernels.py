@@ -21,7 +21,7 @@ ZERO, QUARTER, HALF, ONE, TWO = F(0), F(0.25), F(0.5), F(1), F(2)
 TINY, FAR = F(1e-9), F(1e9)
 
 X, Y, Z, IX, IY, IZ, PITCH, WALL_T, WALL_Z = np.arange(9)  # rows of Row.ray
-RAY_ROWS = 9
+RAY_ROWS, TILE = 9, 320
 T, U, V, SPAN_U, SPAN_V, SEEN, LIGHT, COVER = np.arange(8)  # rows of Row.work
 WORK_ROWS = 8
 EYE, RIGHT, DOWN, FORWARD = range(4)  # rows of a view
@@ -57,6 +57,7 @@ class Row(NamedTuple):
     work: np.ndarray  # (8, n): of the layer at hand
     near: np.ndarray  # (n,) depth
     far: np.ndarray  # (n,) depth
+    ball: np.ndarray  # (2, n): light and coverage
     columns: np.ndarray  # (2,) uint64: an index that may be negative would cost the vector code
 
 

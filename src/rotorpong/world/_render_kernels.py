@@ -18,15 +18,13 @@ from rotorpong.world._pixel_kernels import (
     IX,
     ONE,
     PITCH,
-    RAY_ROWS,
     RIGHT,
+    TILE,
     TWO,
     WALL_T,
     WALL_Z,
-    WORK_ROWS,
     ZERO,
     F,
-    Row,
     X,
     Z,
     fill,
@@ -37,8 +35,7 @@ from rotorpong.world._pixel_kernels import (
 from rotorpong.world._room_kernels import meet_walls, room
 
 WHITEST = F(255)
-TILE = 320
-SUB = 4  # samples along each side of a pixel
+SUB = 6  # samples along each side of a pixel
 LIGHT = (-0.60, 0.25, 0.76)  # direction to the light, world frame, unit length
 AMBIENT = 0.58
 
@@ -59,13 +56,13 @@ class BallView(NamedTuple):
 
 
 @kernel
-def paint_rows(picture, rays, corner, position, rotation, ball, paint):
+def paint_rows(picture, rays, corner, pose, ball, paint, row):
     """Paint a box of the picture whose upper left pixel is (column, row) = corner.
 
     The pose is asked for row by row: a rolling shutter would hand each row its own. A row is
     painted in tiles that fit the processor's first cache.
     """
-    row, view = new_row(), np.empty((4, 3), np.float32)
+    position, rotation, view = pose
     for i in range(picture.shape[0]):
         view_of(view, position, rotation)
         seen = ball_view(ball, position, rotation)
@@ -75,47 +72,32 @@ def paint_rows(picture, rays, corner, position, rotation, ball, paint):
             row.columns[0], row.columns[1] = 0, count
             cast(row, rays[:, place[1], place[0] : place[0] + count], view)
             first, last = ball_columns(rays, place, count, seen)
-            samples = np.zeros((2, last - first), np.float32)
-            sample_columns(row, samples, rays, (place[0] + first, place[1]), first, seen)
+            sample_columns(row, first, last, rays, place, seen)
             hidden = table_hides_all(row, view)
             if not hidden:
                 room(row, view, paint)
             layers(row, view, ball, paint, hidden)
             if first < last:
-                lay_ball(row, first, samples, paint.colours[BALL])
+                lay_ball(row, first, last, paint.colours[BALL])
                 layers(row, view, ball, paint, hidden)
             expose(picture[i, start : start + count], row.colour)
 
 
 @kernel
-def new_row():
-    """Return an unpainted row."""
-    return Row(
-        np.empty((3, TILE), np.float32),
-        np.empty((RAY_ROWS, TILE), np.float32),
-        np.empty((WORK_ROWS, TILE), np.float32),
-        np.empty(TILE, np.float32),
-        np.empty(TILE, np.float32),
-        np.zeros(2, np.uint64),
-    )
-
-
-@kernel
-def sample_columns(row, samples, rays, place, first, ball):
+def sample_columns(row, first, last, rays, place, ball):
     """Write the ball's light and coverage, and bound the layers behind it."""
-    for k in range(samples.shape[1]):
-        cover, depth, light = sample_ball(rays, place[1], place[0] + k, ball)
-        samples[0, k], samples[1, k], row.near[first + k] = light, cover, depth
+    for i in range(first, last):
+        cover, depth, light = sample_ball(rays, place[1], place[0] + i, ball)
+        row.ball[0, i], row.ball[1, i], row.near[i] = light, cover, depth
 
 
 @kernel
-def lay_ball(row, first, samples, colour):
+def lay_ball(row, first, last, colour):
     """Lay the ball, and make its columns and what is before it the next to be painted."""
-    for k in range(samples.shape[1]):
-        i = first + k
-        lay(row.colour, i, colour, samples[0, k], samples[1, k])
+    for i in range(first, last):
+        lay(row.colour, i, colour, row.ball[0, i], row.ball[1, i])
         row.near[i], row.far[i] = ZERO, row.near[i]
-    row.columns[0], row.columns[1] = first, first + samples.shape[1]
+    row.columns[0], row.columns[1] = first, last
 
 
 @kernel

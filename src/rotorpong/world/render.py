@@ -19,7 +19,16 @@ from numpy import ndarray
 
 from rotorpong.conventions import InputError, Picture
 from rotorpong.physics.camera import Camera, pixel_directions
-from rotorpong.world._pixel_kernels import COLOURS, LIMB_COLUMNS, TEXELS, Paint
+from rotorpong.world._pixel_kernels import (
+    COLOURS,
+    LIMB_COLUMNS,
+    RAY_ROWS,
+    TEXELS,
+    TILE,
+    WORK_ROWS,
+    Paint,
+    Row,
+)
 from rotorpong.world._render_kernels import cover_rows, paint_rows
 
 Colour = tuple[float, float, float]  # blue, green, red in 0 .. 255
@@ -112,7 +121,8 @@ def render(
     x0, y0, x1, y1 = _region_at_door(camera, region)
     picture = np.empty((y1 - y0, x1 - x0, 3), np.uint8)
     position, rotation, ball = _doubles(camera_position, world_from_camera, ball_position)
-    paint_rows(picture, rays, (x0, y0), position, rotation, ball, _paint(scene))
+    pose = position, rotation, np.empty((4, 3), np.float32)
+    paint_rows(picture, rays, (x0, y0), pose, ball, _paint(scene), _blank_row())
     return picture
 
 
@@ -133,6 +143,12 @@ def ball_coverage(
     position, rotation, ball = _doubles(camera_position, world_from_camera, ball_position)
     cover_rows(coverage, rays, position, rotation, ball)
     return coverage
+
+
+def _blank_row() -> Row:
+    colour, ray, work, ball = (np.empty((n, TILE), np.float32) for n in (3, RAY_ROWS, WORK_ROWS, 2))
+    near, far = np.empty((2, TILE), np.float32)
+    return Row(colour, ray, work, near, far, ball, np.zeros(2, np.uint64))
 
 
 def _doubles(*arrays: ndarray) -> tuple[ndarray, ...]:
