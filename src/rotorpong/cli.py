@@ -210,9 +210,12 @@ class FromFlight(Common):
     def run(self) -> dict[str, Any]:
         """Convert."""
         from rotorpong.lab.from_flight import convert
+        from rotorpong.lab.serve_files import write_serves
         from rotorpong.lab.tables import conversion_table
 
-        result = convert(self.flight, self.out)
+        conversion = convert(self.flight)
+        write_serves(self.out, tuple(made.serve for made in conversion.serves))
+        result = {**conversion.as_json(), "out": str(self.out)}
         if not self.json:
             _show(conversion_table(result))
         return result

@@ -10,6 +10,7 @@ import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from jaxtyping import Float
 from numpy import ndarray
@@ -39,6 +40,19 @@ class FlightServe:
         """The serve."""
         return self.placed.serve
 
+    def as_json(self) -> dict[str, Any]:
+        """Return how it was made, as `serves from-flight --json` prints it."""
+        return {
+            "flight": self.name,
+            "start_time_s": self.start_time,
+            "points": self.fit.points,
+            "residual_rms_mm": 1e3 * self.fit.residual_rms,
+            "drag_per_m": self.fit.drag,
+            "bounces": self.placed.bounces,
+            "target_left_m": self.placed.left,
+            "target_up_m": self.placed.up,
+        }
+
 
 @dataclass(frozen=True, slots=True)
 class Conversion:
@@ -47,6 +61,14 @@ class Conversion:
     serves: tuple[FlightServe, ...]
     files_passed_over: int  # in none of the layouts
     flights_passed_over: int  # with no serve in them
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what `serves from-flight --json` prints."""
+        return {
+            "serves": [serve.as_json() for serve in self.serves],
+            "files_passed_over": self.files_passed_over,
+            "flights_passed_over": self.flights_passed_over,
+        }
 
 
 def serves_from_flight(flight: Flight) -> tuple[Serve, ...]:

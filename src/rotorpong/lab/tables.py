@@ -40,6 +40,22 @@ def detection_table(result: dict[str, Any]) -> Table:
     return table
 
 
+def conversion_table(result: dict[str, Any]) -> Table:
+    """Show what `serves from-flight` made."""
+    table = Table(title=f"serves in {result['out']}", title_justify="left")
+    for column in ("flight", "points", "residual mm", "drag 1/m", "bounces", "left m", "up m"):
+        table.add_column(column, justify="left" if column == "flight" else "right")
+    for serve in result["serves"]:
+        numbers = [f"{serve['residual_rms_mm']:.1f}", f"{serve['drag_per_m']:.3f}"]
+        numbers += [str(serve["bounces"]), f"{serve['target_left_m']:.2f}"]
+        table.add_row(serve["flight"], str(serve["points"]), *numbers, f"{serve['target_up_m']:.2f}")
+    table.caption = (
+        f"passed over: {result['files_passed_over']} files in another layout, "
+        f"{result['flights_passed_over']} flights without a serve"
+    )
+    return table
+
+
 def stats_table(result: dict[str, Any]) -> Table:
     """Show what `serves stats` found."""
     table = _two_columns(f"{result['balls']} serves {result['serves']}, camera {result['camera']}")

@@ -400,7 +400,7 @@ def blade_meets(positions, track, racket, lag, rotation, position, body):
     """Tell whether the blade, `lag` ticks after each ball position, would have been struck."""
     for k in range(positions.shape[0]):
         j = k + lag
-        if j < 0 or j >= track.shape[0]:
+        if j < 0 or j >= track.shape[0] or drone_is_far(positions[k], track, j):
             continue
         pose_between(track, j, 0.0, rotation, position)
         body_point(positions[k, 0], positions[k, 1], positions[k, 2], rotation, position, body)

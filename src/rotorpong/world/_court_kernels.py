@@ -21,6 +21,7 @@ from rotorpong.world._pixel_kernels import (
     SPAN_V,
     STEEL,
     TABLE,
+    TINY,
     TWO,
     WALL,
     ZERO,
@@ -48,6 +49,7 @@ EDGE, MIDDLE = F(court.EDGE_LINE_WIDTH), F(court.CENTER_LINE_WIDTH / 2)
 NET_TOP, NET_SIDE = F(court.NET_HEIGHT), F(court.NET_HALF_LENGTH)
 POST_SIDE = NET_SIDE + F(court.POST_WIDTH)
 TAPE = F(court.NET_HEIGHT - court.NET_TAPE_HEIGHT)
+TAPE_HEIGHT = F(court.NET_TAPE_HEIGHT)
 CELL, CORD, POST = F(court.NET_CELL), F(court.NET_CORD), F(court.POST_WIDTH)
 LEG_X = F(court.LEG_X)
 LEG_INNER = F(court.LEG_Y - court.LEG_WIDTH / 2)
@@ -108,18 +110,17 @@ def table(row, view, ball, paint):
     """Lay the table top with its lines, or its underside."""
     above = view[EYE, Z] >= -THICKNESS * HALF
     see_table(row, view, ZERO if above else -THICKNESS)
-    seen, cover = row.work[SEEN], row.work[COVER]
-    if not any_within(row, seen, ZERO, TWO):
+    if not any_within(row, row.work[SEEN], ZERO, TWO):
         return
-    for i in range(row.columns[0], row.columns[1]):
-        cover[i] = seen[i]
     table_light(row, ball, paint.shadow)
-    lay_row(row, paint.colours[TABLE if above else STEEL])
     if above:
         table_lines(row)
-        lay_row(row, paint.colours[LINE])
         table_sheen(row)
-        lay_row(row, paint.colours[WALL])
+        lay_top(row, paint.colours)
+    else:
+        for i in range(row.columns[0], row.columns[1]):
+            row.work[COVER, i] = row.work[SEEN, i]
+        lay_row(row, paint.colours[STEEL])
 
 
 @kernel
@@ -137,25 +138,41 @@ def table_light(row, ball, shadow):
 
 @kernel
 def table_lines(row):
-    """Write the coverage by lines: what the top covers less the blue within the lines."""
+    """Write to COVER the share of the visible top that is line: all but the blue within."""
     x, y, long, wide = row.work[U], row.work[V], row.work[SPAN_U], row.work[SPAN_V]
-    seen, cover = row.work[SEEN], row.work[COVER]
+    seen, share = row.work[SEEN], row.work[COVER]
     for i in range(row.columns[0], row.columns[1]):
         blue = overlap(x[i], EDGE - LENGTH, LENGTH - EDGE, long[i])
         blue *= overlap(y[i], EDGE - WIDTH, WIDTH - EDGE, wide[i])
         blue *= ONE - overlap(y[i], -MIDDLE, MIDDLE, wide[i])
-        cover[i] = max(seen[i] - blue, ZERO)
+        share[i] = max(ONE - blue / max(seen[i], TINY), ZERO)
 
 
 @kernel
 def table_sheen(row):
-    """Write how much of the wall the top reflects, and full light for it."""
-    z, seen, cover = row.ray[Z], row.work[SEEN], row.work[COVER]
+    """Write to T how much of the wall the top reflects."""
+    z, sheen = row.ray[Z], row.work[T]
     for i in range(row.columns[0], row.columns[1]):
         grazing = ONE - min(abs(z[i]), ONE)
         grazing *= grazing * grazing
-        cover[i] = SHEEN * grazing * grazing * seen[i]
-    fill(row, row.work[LIGHT], ONE)
+        sheen[i] = SHEEN * grazing * grazing
+
+
+@kernel
+def lay_top(row, colours):
+    """Lay the table top: blue and line under LIGHT, the wall's reflection over both."""
+    light, line, sheen, seen = row.work[LIGHT], row.work[COVER], row.work[T], row.work[SEEN]
+    for k in range(3):
+        under, blue, white, wall = (
+            row.colour[k],
+            colours[TABLE, k],
+            colours[LINE, k],
+            colours[WALL, k],
+        )
+        for i in range(row.columns[0], row.columns[1]):
+            top = light[i] * (blue + line[i] * (white - blue))
+            top += sheen[i] * (wall - top)
+            under[i] = (ONE - seen[i]) * under[i] + seen[i] * top
 
 
 @kernel
@@ -222,7 +239,8 @@ def net(row, view, colours):
             ONE - stripes(z[i], CELL, CORD, tall[i])
         )
     for i in range(row.columns[0], row.columns[1]):
-        cover[i] = (ONE - cover[i]) * overlap(z[i], ZERO, TAPE, tall[i])
+        under_tape = TAPE + HALF * min(tall[i], TAPE_HEIGHT)  # no light leaks between the two
+        cover[i] = (ONE - cover[i]) * overlap(z[i], ZERO, under_tape, tall[i])
         cover[i] *= seen[i] * overlap(y[i], -NET_SIDE, NET_SIDE, wide[i])
     lay_row(row, colours[NET])
     for i in range(row.columns[0], row.columns[1]):

@@ -10,6 +10,7 @@ branch in one loop do not, hence the many small loops. Indices that are handed o
 integers: numba compiles a kernel anew for every plain integer that it meets as a constant.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -72,10 +73,10 @@ def span(slope, right, down, right_normal, down_normal, scale):
     """Return the length along an axis that a pixel covers on a plane of normal n, never 0.
 
     p = o + t d on the plane, so dp/da = t (right - slope right_n) with slope d / d_n; likewise
-    for b and down.
+    for b and down. The length is that of the interval with the same variance as the pixel.
     """
-    across, along = abs(right - slope * right_normal), abs(down - slope * down_normal)
-    return abs(scale) * (across + along) + TINY
+    across, along = right - slope * right_normal, down - slope * down_normal
+    return abs(scale) * math.sqrt(across * across + along * along) + TINY
 
 
 @kernel

@@ -54,7 +54,7 @@ GROUND, ROOF = F(court.FLOOR_HEIGHT), F(court.CEILING_HEIGHT)
 BACK, FRONT, SIDE = F(court.ROOM_BACK), F(court.ROOM_FRONT), F(court.ROOM_HALF_WIDTH)
 LENGTH, WIDTH = F(court.TABLE_HALF_LENGTH), F(court.TABLE_HALF_WIDTH)
 
-WAINSCOT_TOP, RAIL_TOP = F(0.42), F(0.47)
+WAINSCOT_TOP, RAIL_MIDDLE, RAIL_TOP = F(0.42), F(0.445), F(0.47)
 WINDOW_LOW, WINDOW_HIGH, WINDOW_PERIOD, WINDOW_WIDTH = F(1.45), F(2.58), F(2.0), F(1.54)
 SASH_PERIOD, SASH = F(0.5), F(0.04)
 PLANK, INVERSE_PLANK, GAP = F(0.14), F(1 / 0.14), F(0.005)
@@ -109,9 +109,9 @@ def walls(row, view, paint):
     wall_light(row, paint.texture)
     fill(row, cover, ONE)
     lay_row(row, colours[WAINSCOT])
-    if any_near(row, WAINSCOT_TOP, ROOF):
+    if any_near(row, RAIL_MIDDLE, ROOF):
         for i in range(row.columns[0], row.columns[1]):
-            cover[i] = step(height[i] - WAINSCOT_TOP, soft[i])
+            cover[i] = step(height[i] - RAIL_MIDDLE, soft[i])
         lay_row(row, colours[WALL])
     if any_near(row, WAINSCOT_TOP, RAIL_TOP):
         for i in range(row.columns[0], row.columns[1]):

@@ -137,13 +137,10 @@ def time_error(
     The smallest shift in time at which blade and ball would have met face to face; None if there
     is none within `longest`.
     """
-    near = np.linalg.norm(positions - track[: len(positions), :3], axis=1) < 0.7
-    first = int(np.argmax(near)) if near.any() else 0
-    ball, poses = positions[first:], track[first:]
     scratch = (np.empty((3, 3)), np.empty(3), np.empty(3))
     for lag in range(round(longest / TICK) + 1):
         for signed in (lag, -lag):
-            if kernels.blade_meets(ball, poses, racket, signed, *scratch):
+            if kernels.blade_meets(positions, track, racket, signed, *scratch):
                 return signed * TICK
     return None
 

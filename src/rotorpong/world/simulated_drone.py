@@ -118,7 +118,9 @@ class SimulatedDrone:
 
     def observe(self) -> Observation | None:
         """Let the world run until the next frame arrives; `None` when the serve is over."""
-        exposure = round(self._phase + self._frame * self._period)
+        if self._end is not None:
+            return None
+        exposure = max(1, round(self._phase + self._frame * self._period))  # after the release
         self._frame += 1
         start = self._log.ticks
         navdata = self._run(exposure + self._delay - start)
@@ -186,7 +188,7 @@ class SimulatedDrone:
         """Let `ticks` pass, obeying the tape, or less if the serve ends before."""
         goal = min(self._log.ticks + ticks, LONGEST_SERVE)
         parts: list[Navdata] = []
-        while self._end is None and (not parts or self._log.ticks < goal):
+        while self._end is None and self._log.ticks < goal:
             while self._tape and self._tape[0][0] <= self._log.ticks:
                 self.command(self._tape.pop(0)[1])
             until = min(goal, self._tape[0][0]) if self._tape else goal

@@ -1,0 +1,538 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import minimize_scalar
+from scipy.spatial.transform import Rotation
+
+from rotorpong.conventions import BALL_RADIUS, GRAVITY
+from rotorpong.physics.ball import TABLE_SURFACE, Air, Ball, Surface, bounce
+from rotorpong.world import _contact_kernels as kernels
+from rotorpong.world import court
+from rotorpong.world.contact import (
+    NO_DRONE,
+    SOLIDS,
+    Solids,
+    advance,
+    approach,
+    drone_touches_court,
+    fly_over_court,
+    land,
+    miss_distances,
+    time_error,
+)
+from rotorpong.world.racket import HOME_BODY, HULL, RUBBER, Racket
+
+TICK = 0.001
+VACUUM = Air(0.0, 0.0)
+LEVEL = (1.0, 0.0, 0.0, 0.0)
+RACKET = Racket()
+BLADE_CENTRE = np.array([RACKET.x, RACKET.y, RACKET.z])
+cheaply = settings(max_examples=60, deadline=None, derandomize=True)
+
+
+def state(position, velocity, spin=(0.0, 0.0, 0.0)):
+    return np.concatenate([position, velocity, spin]).astype(float)
+
+
+def track(positions, quaternion=LEVEL):
+    positions = np.asarray(positions, dtype=float)
+    return np.column_stack([positions, np.tile(quaternion, (len(positions), 1))])
+
+
+def moving(start, velocity, ticks, rotation=None, tick=TICK):
+    """Return the track of a drone at constant velocity and attitude."""
+    quaternion = LEVEL if rotation is None else rotation.as_quat(scalar_first=True)
+    times = tick * np.arange(ticks + 1)[:, None]
+    return track(np.asarray(start) + times * np.asarray(velocity), quaternion)
+
+
+FAR_AWAY = track(np.tile([0.0, 0.0, 50.0], (4001, 1)))
+
+
+def back_to(contact_time, path, tick=TICK):
+    """Return velocity just after a contact in vacuum, told by the next state of the path."""
+    after = math.floor(contact_time / tick)
+    flown = (after + 1) * tick - contact_time
+    return path[after, 3:6] + np.array([0.0, 0.0, GRAVITY * flown])
+
+
+# Distances written afresh, from the centre of the ball, in numpy and without the kernels.
+
+
+def to_box(points, centre, half):
+    away = np.abs(points - centre) - half
+    outside = np.linalg.norm(np.maximum(away, 0.0), axis=-1)
+    return outside + np.minimum(away.max(axis=-1), 0.0)
+
+
+def to_table(points):
+    half = [court.TABLE_HALF_LENGTH, court.TABLE_HALF_WIDTH, court.TABLE_THICKNESS / 2]
+    return to_box(points, [0.0, 0.0, -court.TABLE_THICKNESS / 2], half)
+
+
+def to_net(points):
+    half = [court.NET_HALF_THICKNESS, court.NET_HALF_LENGTH, court.NET_HEIGHT / 2]
+    return to_box(points, [0.0, 0.0, court.NET_HEIGHT / 2], half)
+
+
+def to_hull(points):
+    """Return the distance of body-frame points to the cylinder."""
+    radial = np.hypot(points[..., 0], points[..., 1]) - HULL.radius
+    axial = np.abs(points[..., 2]) - HULL.half_height
+    outside = np.hypot(np.maximum(radial, 0.0), np.maximum(axial, 0.0))
+    return outside + np.minimum(np.maximum(radial, axial), 0.0)
+
+
+ANGLES = np.linspace(0.0, 2 * np.pi, 1441)
+RIM = np.column_stack([RACKET.half_width * np.cos(ANGLES), RACKET.half_height * np.sin(ANGLES)])
+
+
+def to_blade(points):
+    """Return the distance of body-frame points to the disc, by 1440 points of its rim."""
+    x, flat = points[..., 0] - RACKET.x, points[..., 1:] - BLADE_CENTRE[1:]
+    inside = np.sum((flat / [RACKET.half_width, RACKET.half_height]) ** 2, axis=-1) <= 1.0
+    off = np.min(np.linalg.norm(flat[..., None, :] - RIM, axis=-1), axis=-1)
+    return np.hypot(x, np.where(inside, 0.0, off))
+
+
+def in_body(points, poses):
+    turn = Rotation.from_quat(poses[:, 3:], scalar_first=True)
+    return turn.apply(points - poses[:, :3], inverse=True)
+
+
+# Drops, bounces and the law of the moving blade.
+
+
+@given(st.floats(0.05, 1.5), st.sampled_from([0.0005, 0.001, 0.0037, 0.01]))
+@cheaply
+def test_restitution_is_exact_whatever_the_phase_of_the_contact_and_the_tick(height, tick):
+    solids = Solids(air=VACUUM, tick=tick)
+    drop = state([-0.5, 0.1, height + BALL_RADIUS], [0.0, 0.0, 0.0])
+    path, contacts = advance(drop, 0.0, FAR_AWAY[: math.ceil(0.6 / tick)], solids)
+    contact = contacts[0]
+    assert contact.solid == "table"
+    assert contact.time == pytest.approx(math.sqrt(2 * height / GRAVITY), abs=1e-9)
+    assert contact.velocity[2] == pytest.approx(-math.sqrt(2 * GRAVITY * height), abs=1e-9)
+    rebound = back_to(contact.time, path, tick)[2]
+    assert rebound / -contact.velocity[2] == pytest.approx(TABLE_SURFACE.restitution, abs=1e-6)
+
+
+def test_an_ittf_drop_rebounds_to_the_height_that_restitution_says():
+    drop = state([-0.5, 0.0, 0.305 + BALL_RADIUS], [0.0, 0.0, 0.0])
+    ideal = fly_over_court(drop, 600, Solids(air=VACUUM))[260:, 2].max() - BALL_RADIUS
+    assert ideal == pytest.approx(0.88**2 * 0.305, abs=1e-5)
+    assert 0.230 < ideal < 0.260  # the rules' band
+    real = fly_over_court(drop, 600, Solids())[260:, 2].max() - BALL_RADIUS
+    assert ideal - 0.02 < real < ideal
+
+
+@given(st.integers(0, 10**6))
+@cheaply
+def test_a_moving_blade_bounces_the_ball_as_a_resting_one_in_its_own_frame(seed):
+    rng = np.random.default_rng(seed)
+    turn = Rotation.from_euler("ZYX", rng.uniform(-0.5, 0.5, 3))
+    speed = rng.uniform(-2.0, 2.0, 3)
+    poses = moving([0.0, 0.0, 3.0], speed, 200, turn)
+    meeting = rng.uniform(0.03, 0.1)
+    at = poses[0, :3] + meeting * speed + turn.apply(BLADE_CENTRE + [0.02, 0.03, -0.02])
+    velocity = speed + turn.apply([-rng.uniform(3.0, 12.0), *rng.uniform(-2.0, 2.0, 2)])
+    fall = np.array([0.0, 0.0, -GRAVITY])
+    thrown = state(
+        at - meeting * velocity + meeting**2 / 2 * fall, velocity - meeting * fall
+    )  # meets the face at `meeting` with `velocity`
+    thrown[6:] = rng.uniform(-100.0, 100.0, 3)
+    path, contacts = advance(thrown, 5.0, poses, Solids(air=VACUUM, racket=Racket(RUBBER)))
+    contact = contacts[0]
+    assert contact.solid == "blade"
+    assert contact.time - 5.0 == pytest.approx(meeting, abs=1e-9)
+    assert contact.facing == pytest.approx(1.0, abs=1e-9)
+    offset = (0.03 / RACKET.half_width, -0.02 / RACKET.half_height)
+    assert contact.blade_point == pytest.approx(offset, abs=1e-9)
+    own = Ball(contact.position, contact.velocity - speed, thrown[6:])
+    wanted = bounce(own, turn.apply([1.0, 0.0, 0.0]), RUBBER)
+    after = back_to(contact.time - 5.0, path)
+    assert after - speed == pytest.approx(wanted.velocity, abs=1e-6)
+    assert path[math.floor(meeting / TICK), 6:] == pytest.approx(wanted.spin, abs=1e-4)
+
+
+def test_a_turning_blade_strikes_with_the_speed_of_the_point_it_touches():
+    rate, ticks = 3.0, 100
+    yaw = rate * TICK * np.arange(ticks + 1)
+    quaternions = np.column_stack([np.cos(yaw / 2), 0 * yaw, 0 * yaw, np.sin(yaw / 2)])
+    poses = np.column_stack([np.tile([0.0, 0.0, 3.0], (ticks + 1, 1)), quaternions])
+    thrown = state([0.5, 0.04, 3.17], [-6.0, 0.0, 0.0])
+    solids = Solids(air=VACUUM, racket=Racket(Surface(0.7, 0.0)))
+    path, contacts = advance(thrown, 0.0, poses, solids)
+    contact = contacts[0]
+    arm = contact.position - BALL_RADIUS * contact.normal - [0.0, 0.0, 3.0]
+    blade = np.cross([0.0, 0.0, rate], arm)
+    before = (contact.velocity - blade) @ contact.normal
+    after = (back_to(contact.time, path) - blade) @ contact.normal
+    assert contact.solid == "blade"
+    assert after == pytest.approx(-0.7 * before, abs=3e-3)  # chord for arc within a tick
+
+
+def test_the_back_of_the_blade_is_known_by_its_facing():
+    poses = moving([0.0, 0.0, 3.0], [0.0, 0.0, 0.0], 100)
+    _, contacts = advance(state([0.0, 0.0, 3.16], [5.0, 0.0, 0.0]), 0.0, poses, Solids(air=VACUUM))
+    assert contacts[0].solid == "blade"
+    assert contacts[0].facing == pytest.approx(-1.0, abs=1e-9)
+
+
+def test_contacts_do_not_depend_on_where_the_flight_is_cut():
+    rng = np.random.default_rng(4)
+    turn = Rotation.from_euler("ZYX", [0.2, 0.1, -0.1])
+    poses = moving([-1.9, 0.0, 0.19], [0.5, 0.2, 0.1], 900, turn)
+    for _ in range(10):
+        thrown = state([1.5, *rng.uniform(-0.2, 0.4, 2)], [-5.0, *rng.uniform(-0.5, 0.5, 2)])
+        path, contacts = advance(thrown, 0.0, poses, Solids())
+        first, early = advance(thrown, 0.0, poses[:334], Solids())
+        second, late = advance(first[-1], 0.333, poses[333:], Solids())
+        assert np.array_equal(np.concatenate([first, second]), path)
+        assert [c.time for c in early + late] == pytest.approx([c.time for c in contacts], abs=1e-12)
+
+
+def test_over_the_empty_court_energy_never_rises():
+    rng = np.random.default_rng(5)
+    for _ in range(100):
+        thrown = state(
+            [rng.uniform(-1.5, 1.5), rng.uniform(-0.8, 0.8), rng.uniform(0.05, 0.5)],
+            rng.normal(0.0, 5.0, 3),
+            rng.normal(0.0, 80.0, 3),
+        )
+        path = np.vstack([thrown, fly_over_court(thrown, 800, Solids())])
+        energy = 0.5 * np.sum(path[:, 3:6] ** 2, axis=1) + GRAVITY * path[:, 2]
+        energy += BALL_RADIUS**2 / 3 * np.sum(path[:, 6:] ** 2, axis=1)
+        assert np.diff(energy).max() < 1e-7
+
+
+def test_a_ball_at_rest_stays_on_the_table():
+    path = fly_over_court(state([-0.5, 0.0, 0.03], [0.0, 0.0, 0.0]), 3000, Solids())
+    assert path[:, 2].min() > BALL_RADIUS - 1e-9
+    assert path[-1, 2] == pytest.approx(BALL_RADIUS, abs=1e-6)
+    assert abs(path[-1, 3:6]).max() < 0.01
+
+
+def test_land_ends_with_the_floor():
+    contacts = land(state([0.5, 0.0, 0.3], [2.0, 0.0, 0.0]), Solids())
+    assert contacts[0].solid == "table"
+    assert contacts[-1].solid == "floor"
+    assert contacts[-1].position[2] == pytest.approx(court.FLOOR_HEIGHT + BALL_RADIUS, abs=1e-9)
+    assert [c.solid for c in contacts].count("floor") == 1
+
+
+# Normals and nearest points.
+
+
+@given(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3))
+@cheaply
+def test_the_nearest_point_of_the_ellipse_is_that_of_a_search_over_its_rim(y, z):
+    a, b = 0.075, 0.0785
+    ny, nz, gap = kernels.ellipse_gap(y, z, a, b)
+    if (y / a) ** 2 + (z / b) ** 2 <= 1.0:
+        assert (ny, nz, gap) == (y, z, 0.0)
+        return
+
+    def distance(t):
+        return math.hypot(a * math.cos(t) - y, b * math.sin(t) - z)
+
+    rough = min(np.linspace(-math.pi, math.pi, 721), key=distance)
+    best = minimize_scalar(distance, bounds=(rough - 0.01, rough + 0.01), method="bounded",
+                           options={"xatol": 1e-12})  # fmt: skip
+    assert gap == pytest.approx(best.fun, abs=1e-9)
+    assert math.hypot(ny - y, nz - z) == pytest.approx(gap, abs=1e-12)
+    assert (ny / a) ** 2 + (nz / b) ** 2 == pytest.approx(1.0, abs=1e-9)
+
+
+def test_a_thin_ellipse_is_measured_as_well():
+    for y, z in ((0.0, 0.02), (0.3, 1e-9), (0.1, 0.1), (1e-12, 0.5), (-0.11, -0.001)):
+        ny, nz, gap = kernels.ellipse_gap(y, z, 0.1, 0.01)
+        angles = np.linspace(0.0, 2 * np.pi, 2_000_001)
+        brute = np.hypot(0.1 * np.cos(angles) - y, 0.01 * np.sin(angles) - z).min()
+        assert gap == pytest.approx(brute, abs=1e-9)
+        assert math.hypot(y - ny, z - nz) == pytest.approx(gap, abs=1e-12)
+
+
+def towards(target, rng, low=0.2, high=0.6):
+    """Return starts and velocities of a ball thrown at a point."""
+    line = rng.normal(size=3)
+    line /= np.linalg.norm(line)
+    speed = rng.uniform(2.0, 15.0)
+    return target + rng.uniform(low, high) * line, -speed * line
+
+
+def test_normals_at_table_and_net_edges_point_from_the_nearest_point_of_the_box():
+    rng = np.random.default_rng(6)
+    boxes = {
+        "table": ([0, 0, -0.0125], [1.37, 0.7625, 0.0125]),
+        "net": ([0, 0, 0.07625], [0.001, 0.915, 0.07625]),
+    }
+    slanted = 0
+    for _ in range(400):
+        corner = rng.choice([-1, 1], 3) * rng.uniform([1.3, 0.7, 0], [1.38, 0.77, 0])
+        start, velocity = towards(corner, rng)
+        if rng.random() < 0.5:
+            start, velocity = towards(np.array([0.0, rng.uniform(-0.92, 0.92), 0.152]), rng)
+        if min(to_table(start), to_net(start)) < BALL_RADIUS:
+            continue
+        _, contacts = advance(state(start, velocity), 0.0, FAR_AWAY[:300], Solids())
+        for contact in contacts:
+            assert np.linalg.norm(contact.normal) == pytest.approx(1.0, abs=1e-9)
+            if contact.solid in boxes:
+                centre, half = map(np.array, boxes[contact.solid])
+                nearest = np.clip(contact.position, centre - half, centre + half)
+                normal = (contact.position - nearest) / BALL_RADIUS
+                assert contact.normal == pytest.approx(normal, abs=1e-6)
+                slanted += np.abs(normal).max() < 0.999
+    assert slanted > 50
+
+
+def test_normals_at_the_blade_rim_and_hull_edge_point_from_the_nearest_point():
+    rng = np.random.default_rng(7)
+    seen = {"blade": 0, "hull": 0}
+    body = np.array([0.0, 0.0, 3.0])
+    for _ in range(400):
+        turn = Rotation.from_euler("ZYX", rng.uniform(-0.4, 0.4, 3))
+        poses = moving(body, rng.uniform(-2.0, 2.0, 3), 150, turn)
+        angle = rng.uniform(-np.pi, np.pi)
+        rim = BLADE_CENTRE + [0.0, 0.075 * np.cos(angle), 0.0785 * np.sin(angle)]
+        edge = np.array([0.26 * np.cos(angle), 0.26 * np.sin(angle), 0.05])
+        aim = rim if rng.random() < 0.5 else edge
+        start, velocity = towards(body + turn.apply(aim), rng)
+        local = in_body(start[None], poses[:1])
+        if min(to_hull(local)[0], to_blade(local)[0]) < BALL_RADIUS:
+            continue
+        _, contacts = advance(state(start, velocity), 0.0, poses, Solids())
+        for contact in contacts[:1]:
+            fraction = contact.time / TICK
+            i = math.floor(fraction)
+            middle = poses[i] + (fraction - i) * (poses[i + 1] - poses[i])
+            at = in_body(contact.position[None], middle[None])[0]
+            normal = turn.inv().apply(contact.normal)
+            assert np.linalg.norm(normal) == pytest.approx(1.0, abs=1e-9)
+            assert contact.facing == pytest.approx(normal[0], abs=1e-9)
+            touched = at - BALL_RADIUS * normal  # must lie on the solid
+            distance = {"blade": to_blade, "hull": to_hull}[contact.solid]
+            assert abs(distance(touched[None])[0]) < 1e-5
+            assert distance(at[None])[0] == pytest.approx(BALL_RADIUS, abs=1e-5)
+            seen[contact.solid] += 1
+    assert min(seen.values()) > 100
+
+
+# No tunnelling.
+
+
+def random_flights(n, ticks, rng):
+    """Return fast balls thrown at points of the solids, and drones at 2 m/s among them."""
+    for k in range(n):
+        turn = Rotation.from_euler("ZYX", rng.uniform([-3.0, -0.5, -0.5], [3.0, 0.5, 0.5]))
+        line = rng.normal(size=3)
+        speed = 2.0 * line / np.linalg.norm(line)
+        middle = np.array([rng.uniform(-2.0, 2.0), rng.uniform(-1.0, 1.0), rng.uniform(0.5, 1.0)])
+        poses = moving(middle, speed, ticks, turn)
+        aims = (
+            [rng.uniform(-1.4, 1.4), rng.uniform(-0.8, 0.8), 0.0],
+            [0.0, rng.uniform(-0.93, 0.93), rng.uniform(0.0, 0.16)],
+            [rng.uniform(-1.4, 1.4), rng.uniform(-0.8, 0.8), -0.7],
+            middle + turn.apply(BLADE_CENTRE + rng.uniform(-0.09, 0.09, 3) * [0, 1, 1]),
+            middle + turn.apply(rng.uniform(-0.27, 0.27, 3) * [1, 1, 0.2]),
+        )
+        start, velocity = towards(np.array(aims[k % 5]), rng, 0.1, 0.6)
+        velocity *= rng.uniform(4.0, 30.0) / np.linalg.norm(velocity)
+        spin = rng.normal(size=3)
+        yield state(start, velocity, spin * rng.uniform(0.0, 300.0) / np.linalg.norm(spin)), poses
+
+
+def flown(thrown, poses):
+    """Return the flight up to the tick of the first touch of the hull, which ends a serve.
+
+    Columns: state, pose, and whether a contact fell into the tick that ends there.
+    """
+    ticks = len(poses) - 1
+    path, rows = np.empty((ticks, 9)), np.empty((64, 14))
+    scratch = kernels.make_work()
+    count = kernels.advance(thrown.copy(), 0.0, ticks, poses, Solids(), scratch, rows, path)
+    times, solids = rows[:count, 0], rows[:count, 1]
+    struck = np.zeros(ticks + 1)
+    struck[1 + np.minimum((times / TICK).astype(int), ticks - 1)] = 1.0
+    hull = times[solids == SOLIDS.index("hull")]
+    last = ticks if len(hull) == 0 else math.ceil(hull[0] / TICK)
+    return np.column_stack([np.vstack([thrown, path]), poses, struck])[: last + 1], rows[:count]
+
+
+def gaps(points, poses):
+    """Return the gap of ball centres to each of the solids."""
+    local, far = np.full((len(points), 3), 9.0), np.full(len(points), 9.0)
+    near = np.linalg.norm(points - poses[:, :3], axis=1) < 0.5
+    local[near] = in_body(points[near], poses[near])
+    near = np.linalg.norm(local - BLADE_CENTRE, axis=1) < 0.15
+    far[near] = to_blade(local[near])
+    floor = points[:, 2] - court.FLOOR_HEIGHT
+    everything = [to_table(points), to_net(points), floor, far, to_hull(local)]
+    return np.column_stack(everything) - BALL_RADIUS
+
+
+def between(before, after, parts=16):
+    """Return positions and poses within steps that had no contact, by Hermite's cubic."""
+    f = (np.arange(1, parts) / parts)[None, :, None]
+    p, q = before[:, None, :3], after[:, None, :3]
+    u, v = TICK * before[:, None, 3:6], TICK * after[:, None, 3:6]
+    points = (1 + 2 * f) * (1 - f) ** 2 * p + f * (1 - f) ** 2 * u
+    points = points + f**2 * (3 - 2 * f) * q - f**2 * (1 - f) * v
+    poses = before[:, None, 9:16] + f * (after - before)[:, None, 9:16]
+    return points.reshape(-1, 3), poses.reshape(-1, 7)
+
+
+def test_a_fast_ball_never_enters_a_solid_nor_passes_one_without_a_contact():
+    rng, touched = np.random.default_rng(8), np.zeros(len(SOLIDS))
+    for _ in range(20):
+        flights = []
+        for thrown, poses in random_flights(1000, 40, rng):
+            flight, contacts = flown(thrown, poses)
+            if gaps(thrown[None, :3], poses[:1]).min() > 0.0:
+                flights.append(flight)
+                touched += np.bincount(contacts[:, 1].astype(int), minlength=len(SOLIDS))
+                assert np.all(np.diff(contacts[:, 0]) >= 0.0)
+        rows = np.concatenate(flights)
+        resting = gaps(rows[:, :3], rows[:, 9:16])
+        assert resting.min() > -1e-5  # at the ends of ticks; the rim is told to 1e-5
+        heads, tails = (
+            np.concatenate([flight[part] for flight in flights])
+            for part in (slice(None, -1), slice(1, None))
+        )
+        near = gaps(heads[:, :3], heads[:, 9:16]).min(axis=1)
+        quiet = (tails[:, 16] == 0.0) & (near < 0.04)
+        inside = gaps(*between(heads[quiet], tails[quiet]))
+        assert inside.min() > -2e-4  # a graze between two looks is shallower
+    assert touched.min() > 500
+
+
+# Crossings, lateness, misses, faults.
+
+
+def test_coarse_and_fine_ticks_agree_on_the_crossing():
+    rng = np.random.default_rng(9)
+    bounced = 0
+    for _ in range(60):
+        thrown = state(
+            [2.3, *rng.uniform(-0.3, 0.3, 1), rng.uniform(0.1, 0.5)],
+            [-rng.uniform(5.0, 8.0), rng.uniform(-0.5, 0.5), rng.uniform(-2.0, 2.0)],
+            rng.normal(0.0, 60.0, 3),
+        )
+        time, crossing, contacts = approach(thrown, -1.65, Solids())
+        if time is None:
+            continue
+        bounced += bool(contacts)
+        i = math.floor(time / TICK)
+        path = np.vstack([thrown, fly_over_court(thrown, i + 1, Solids())])
+        wanted = fly_over_court(path[i], 1, Solids(tick=time - i * TICK))[0]
+        assert crossing == pytest.approx(wanted, abs=1e-6)
+        assert crossing[0] == pytest.approx(-1.65, abs=1e-9)
+    assert bounced > 20
+
+
+def test_a_ball_that_never_comes_has_no_crossing():
+    time, _, contacts = approach(state([1.0, 0.0, 0.3], [3.0, 0.0, 0.0]), -1.65, Solids())
+    assert time is None
+    assert contacts[-1].solid == "floor"
+
+
+def passing(speed=6.0, ticks=400, meet=200):
+    """Return a ball that passes the resting blade's face at tick `meet`, and the drone's place."""
+    x = HOME_BODY[0] + RACKET.x + BALL_RADIUS + speed * TICK * (meet - np.arange(ticks))
+    blade = np.array(HOME_BODY) + BLADE_CENTRE
+    return np.column_stack([x, np.full(ticks, blade[1]), np.full(ticks, blade[2])])
+
+
+@pytest.mark.parametrize("speed", [3.0, 6.0, 9.0])
+@pytest.mark.parametrize("lag", [1, 20, 57, 80, 99, 150])
+def test_a_blade_that_arrives_late_is_late_by_as_much(speed, lag):
+    ball, home = passing(speed), np.array(HOME_BODY)
+    away = home - [0.0, 0.0, 0.5]
+    last = 200 + math.floor(BALL_RADIUS / (speed * TICK))  # the last tick in front of the blade
+    poses = track([home if k >= last + lag else away for k in range(400)])
+    assert time_error(ball, poses, RACKET) == pytest.approx(lag * TICK, abs=TICK)
+
+
+@pytest.mark.parametrize("speed", [3.0, 6.0, 9.0])
+@pytest.mark.parametrize("lag", [1, 20, 57, 80, 99, 150])
+def test_a_blade_that_left_early_is_early_by_as_much(speed, lag):
+    ball, home = passing(speed), np.array(HOME_BODY)
+    away = home - [0.0, 0.0, 0.5]
+    poses = track([home if k <= 200 - lag else away for k in range(400)])
+    assert time_error(ball, poses, RACKET) == pytest.approx(-lag * TICK, abs=TICK)
+
+
+def test_lateness_of_a_swinging_blade_is_its_delay():
+    ball, home = passing(), np.array(HOME_BODY)
+
+    def swing(delay):
+        """Return a blade that sweeps sideways at 2 m/s and is centred when the ball comes."""
+        times = TICK * np.arange(400) - 0.2
+        return track(home + np.column_stack([0 * times, 2.0 * (times - delay), 0 * times]))
+
+    window = (RACKET.half_width + 0.007) / 2.0  # the blade covers the ball's path so long, either way
+    for delay in (-0.12, -0.08, 0.06, 0.11):
+        wanted = delay - math.copysign(window, delay)
+        late = time_error(ball, swing(delay), RACKET)
+        assert late == pytest.approx(wanted, abs=0.006)  # the rim counts, as far as 14 mm out
+    assert time_error(ball, swing(0.0), RACKET) == 0.0
+
+
+def test_no_shift_in_time_helps_a_blade_in_the_wrong_place():
+    ball = passing()
+    poses = track(np.tile(np.array(HOME_BODY) + [0.0, 0.4, 0.0], (400, 1)))
+    assert time_error(ball, poses, RACKET) is None
+
+
+def test_the_edge_and_the_back_of_the_blade_do_not_count_as_in_time():
+    ball = passing()[::-1].copy()  # from behind
+    poses = track(np.tile(np.array(HOME_BODY), (400, 1)))
+    above = passing() + [0.0, 0.0, RACKET.half_height + 0.019]
+    assert time_error(above, poses, RACKET) is None
+    assert time_error(passing() + [0.0, 0.0, RACKET.half_height - 0.001], poses, RACKET) == 0.0
+    assert time_error(ball, poses, RACKET) == 0.0  # where it is in front, though it flies away
+
+
+def test_miss_distances_are_those_of_a_search_over_the_blade():
+    rng = np.random.default_rng(10)
+    points = rng.uniform(-0.5, 0.5, (200, 3))
+    turns = Rotation.random(200, rng=rng).as_quat(scalar_first=True)
+    poses = np.column_stack([rng.uniform(-0.3, 0.3, (200, 3)), turns])
+    wanted = to_blade(in_body(points, poses)) - BALL_RADIUS
+    assert miss_distances(points, poses, RACKET) == pytest.approx(wanted, abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("place", "touches"),
+    [
+        (HOME_BODY, False),
+        ((-1.9, 0.0, -0.70), False),
+        ((-1.9, 0.0, -0.711), True),
+        ((-1.0, 0.0, 0.051), False),
+        ((-1.0, 0.0, 0.049), True),
+        ((-1.64, 0.0, 0.0), False),
+        ((-1.62, 0.0, 0.0), True),
+        ((-0.27, 0.0, 0.1), False),
+        ((-0.25, 0.0, 0.1), True),
+        ((-0.25, 0.0, 0.21), False),
+        ((0.0, 1.2, 0.1), False),
+        ((0.0, 1.1, 0.1), True),
+    ],
+)
+def test_the_drone_touches_floor_table_and_net_with_its_hull(place, touches):
+    assert drone_touches_court(track([place]), HULL) is touches
+    assert drone_touches_court(track([HOME_BODY, place, HOME_BODY]), HULL) is touches
+
+
+def test_without_a_drone_there_is_nothing_to_touch_but_the_court():
+    work, path = kernels.make_work(), np.empty((500, 9))
+    thrown = state([-1.0, 0.0, 0.3], [-0.5, 0.0, 0.0])
+    count = kernels.advance(
+        thrown.copy(), 0.0, 500, NO_DRONE, Solids(), work, np.empty((8, 14)), path
+    )
+    assert count == 1
+    assert np.array_equal(path, fly_over_court(thrown, 500, Solids()))
