@@ -1,4 +1,4 @@
-"""Make the pictures of README and docs: python docs/images/make.py"""
+"""Make the pictures of README and docs: `python docs/images/make.py`."""
 
 from pathlib import Path
 

@@ -8,8 +8,9 @@ stderr. What is heavy is imported by the command that needs it, so that `--help`
 import contextlib
 import io
 import json
-import os
+import logging
 import re
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -298,11 +299,14 @@ Command = (
 
 def main() -> NoReturn:
     """Run one command and exit."""
+    logging.basicConfig(format="rotorpong: %(message)s")
     try:
-        sys.exit(_run(sys.argv[1:]))
+        status = _run(sys.argv[1:])
     except KeyboardInterrupt:
-        print("rotorpong: interrupted", file=sys.stderr)  # noqa: T201
-        os._exit(INTERRUPTED)
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # what is left is only tidying up
+        _say("interrupted")
+        status = INTERRUPTED
+    sys.exit(status)
 
 
 def _run(arguments: list[str]) -> int:
@@ -310,10 +314,10 @@ def _run(arguments: list[str]) -> int:
 
     command = _parsed(arguments)
     try:
-        result = command.run()
+        with contextlib.redirect_stdout(sys.stderr) if command.json else contextlib.nullcontext():
+            result = command.run()
         if command.json:
-            print(json.dumps(result, allow_nan=False))  # noqa: T201
-            sys.stdout.flush()
+            print(json.dumps(result, allow_nan=False), flush=True)  # noqa: T201
     except (RotorpongError, OSError) as error:
         _warn(" ".join(str(error).split()))
         return BAD_INPUT
@@ -339,10 +343,11 @@ def _parsed(arguments: list[str]) -> Any:
 
 
 def _one_line(box: str) -> str:
-    """Return the words of a box of text."""
+    """Return the words of a box of text, its parts divided by semicolons."""
     plain = re.sub(r"\x1b\[[0-9;]*m", "", box)
-    words = re.sub(r"[─│╭╮╰╯┌┐└┘├┤]+", " ", plain).split()
-    return re.sub(r"^(Parsing error|Required options|Unrecognized options)\s+", "", " ".join(words))
+    parts = re.split(r"[─-]{3,}", re.sub(r"[│╭╮╰╯┌┐└┘├┤]", " ", plain))
+    title, *said = [" ".join(part.split()) for part in parts if part.strip("─ \n")]
+    return "; ".join(said or [title])
 
 
 def _compile_kernels() -> None:

@@ -1,9 +1,12 @@
 """Balls in the user's own pictures: what `rotorpong detect` does."""
 
+import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+import cv2
 
 from rotorpong.conventions import BALL_DIAMETER, InputError
 from rotorpong.lab.spec import camera_named, require_choice
@@ -11,6 +14,7 @@ from rotorpong.vision.detect import COLOURS
 from rotorpong.vision.pictures import PictureBalls, as_json, detect_pictures, write_annotated
 
 EYES = ("paper",)
+LARGEST_BALL = 1.0  # m
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,13 +43,20 @@ def detect_all(
         What `detect --json` prints.
 
     Raises:
-        InputError: an unknown name, an unreadable or empty path, or `out` is no folder.
+        InputError: an unknown name, a ball of no size, an unreadable or empty path, or `out` is
+            no folder.
     """
     require_choice("eyes", search.eyes, EYES)
+    if not 0.0 < search.ball_diameter < LARGEST_BALL:
+        raise InputError(
+            f"ball diameter {1000 * search.ball_diameter:g} mm: expected above 0 and below "
+            f"{1000 * LARGEST_BALL:g} mm"
+        )
     for colour in search.colours:
         require_choice("colour", colour, tuple(COLOURS))
     if out is not None and out.exists() and not out.is_dir():
         raise InputError(f"out {str(out)!r} is a file: expected a folder for annotated pictures")
+    _hush_decoders()
     found = detect_pictures(
         paths,
         camera=None if search.camera is None else camera_named(search.camera),
@@ -64,3 +75,9 @@ def _kept(
             write_annotated(result, out, index=index)
         progress(index + 1, index + 1)
         yield result
+
+
+def _hush_decoders() -> None:
+    """Keep OpenCV's and FFmpeg's own complaints off stderr: ours name the file."""
+    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)

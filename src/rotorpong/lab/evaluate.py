@@ -3,10 +3,9 @@
 Trials share nothing, so any number of workers gives the same results in the same order.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Generator, Sequence
+from contextlib import closing
 from dataclasses import dataclass
-from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec, own_player
 from rotorpong.lab.statistics import rate, wilson_interval
 from rotorpong.lab.trial import Stage, play_trial
+from rotorpong.lab.workers import in_workers
 from rotorpong.play.hover import Hover
 from rotorpong.play.paper import PaperPlayer
 
@@ -74,10 +74,11 @@ def evaluate(
     known = knowledge or Knowledge(shipped_demonstrations())
     results: list[Result] = []
     chunks = [range(i, min(i + CHUNK, balls)) for i in range(0, balls, CHUNK)]
-    for part in _played(spec, known, chunks, workers):
-        results.extend(part)
-        if progress is not None:
-            progress(len(results), balls)
+    with closing(_played(spec, known, chunks, workers)) as parts:
+        for part in parts:
+            results.extend(part)
+            if progress is not None:
+                progress(len(results), balls)
     return tuple(results)
 
 
@@ -110,31 +111,43 @@ def summary(spec: Spec, results: Sequence[Result]) -> dict[str, Any]:
 def make_player(spec: Spec, knowledge: Knowledge, *, explore: bool = False) -> PaperPlayer:
     """Return the paper's player with what it knows."""
     player = PaperPlayer(lessons_of(knowledge.demonstrations, spec), explore=explore)
-    for trial in knowledge.trials:
+    remember_hits(player, knowledge.trials)
+    return player
+
+
+def remember_hits(player: PaperPlayer, trials: Sequence[Trial]) -> None:
+    """Teach `player` what it learnt from these trials when it played them."""
+    for trial in trials:
         if trial.outcome == "hit" and trial.attempt is not None:
             player.remember(trial.attempt, trial.reward)
-    return player
 
 
 def _played(
     spec: Spec, knowledge: Knowledge, chunks: list[range], workers: int
-) -> Iterator[list[Result]]:
+) -> Generator[list[Result], None, None]:
+    ours = None if spec.is_own_player else _our_player(spec, knowledge)
     if workers == 1 or len(chunks) < 2:
-        yield from map(_Table(spec, knowledge).play, chunks)
+        yield from map(_Table(spec, ours).play, chunks)
         return
-    with ProcessPoolExecutor(
-        min(workers, len(chunks)), get_context("spawn"), _sit_down, (spec, knowledge)
-    ) as pool:
-        yield from pool.map(_play_here, chunks)
+    workers = min(workers, len(chunks))
+    yield from in_workers(
+        _play_here, chunks, workers=workers, begin=_sit_down, arguments=(spec, ours)
+    )
 
 
 class _Table:
     """A spec made ready: where chunk after chunk is played."""
 
-    def __init__(self, spec: Spec, knowledge: Knowledge) -> None:
+    def __init__(self, spec: Spec, ours: Player | None) -> None:
+        """Take a seat.
+
+        Args:
+            spec: what is played.
+            ours: a player that keeps nothing from serve to serve; None: the user's own.
+        """
         source = serve_source(spec.serves, spec.seed)
         self._stage = Stage(spec, spec.setting(), source, "evaluate")
-        self._player = _player_factory(spec, knowledge)
+        self._player = own_player(spec.player) if ours is None else lambda: ours
 
     def play(self, chunk: range) -> list[Result]:
         return [self._result(index) for index in chunk]
@@ -149,9 +162,9 @@ class _Table:
 _here: _Table | None = None
 
 
-def _sit_down(spec: Spec, knowledge: Knowledge) -> None:
+def _sit_down(spec: Spec, ours: Player | None) -> None:
     global _here
-    _here = _Table(spec, knowledge)
+    _here = _Table(spec, ours)
 
 
 def _play_here(chunk: range) -> list[Result]:
@@ -159,9 +172,5 @@ def _play_here(chunk: range) -> list[Result]:
     return _here.play(chunk)
 
 
-def _player_factory(spec: Spec, knowledge: Knowledge) -> Callable[[], Player]:
-    """Return what makes the player of each trial; ours keep nothing from serve to serve."""
-    if spec.is_own_player:
-        return own_player(spec.player)
-    player: Player = Hover() if spec.player == "hover" else make_player(spec, knowledge)
-    return lambda: player
+def _our_player(spec: Spec, knowledge: Knowledge) -> Player:
+    return Hover() if spec.player == "hover" else make_player(spec, knowledge)

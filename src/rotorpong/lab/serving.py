@@ -30,7 +30,7 @@ def serve_source(serves: str, seed: int) -> ServeSource:
     if serves == "constant":
         base = draw(HUMAN, run_generator(seed))
         return lambda _, rng: vary(base, rng)
-    if not Path(serves).exists():
+    if not (serves and Path(serves).exists()):
         raise InputError(
             f"serves {serves!r}: expected one of {', '.join(SERVE_KINDS)}, or a CSV file of serves "
             "or of a measured flight"

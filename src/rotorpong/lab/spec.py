@@ -6,9 +6,11 @@ checked here, at the door.
 """
 
 import importlib.util
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from rotorpong.conventions import InputError
 from rotorpong.drone import Eyes, Player
@@ -25,6 +27,7 @@ LEARNERS = ("paper",)
 EYES = ("truth", "paper")
 VEHICLES: dict[str, Vehicle] = {TUM_GAZEBO.name: TUM_GAZEBO}
 LARGEST_SEED = 2**63 - 1
+LARGEST_COUNT = 10_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +107,7 @@ def camera_named(name: str) -> Camera:
     """
     if name in CAMERAS:
         return CAMERAS[name]
-    if not Path(name).exists():
+    if not (name and Path(name).exists()):
         raise InputError(
             f"camera {name!r}: expected one of {', '.join(CAMERAS)}, "
             "or a calibration file (OpenCV YAML or JSON)"
@@ -120,9 +123,9 @@ def require_choice(what: str, given: str, available: tuple[str, ...], more: str 
 
 
 def require_count(what: str, given: int, least: int = 1) -> None:
-    """Raise InputError unless `given` is a whole number of at least `least`."""
-    if given < least:
-        raise InputError(f"{what} {given}: expected a whole number of at least {least}")
+    """Raise InputError unless `given` is a whole number from `least` to ten million."""
+    if not least <= given <= LARGEST_COUNT:
+        raise InputError(f"{what} {given}: expected a whole number from {least} to {LARGEST_COUNT}")
 
 
 def require_seed(seed: int) -> None:
@@ -135,8 +138,28 @@ def own_player(name: str) -> Callable[[], Player]:
     """Load a user's class from `FILE.py:CLASS`.
 
     Raises:
-        InputError: no such file or class, the file fails, or the class is no Player.
+        InputError: no such file or class, the file fails, or the class is no Player; what is
+            returned raises it as well, if the class cannot be made again.
     """
+    maker = _loaded(name)
+
+    def make() -> Player:
+        try:
+            made = maker()
+        except (Exception, SystemExit) as error:  # a user's class may fail in any way
+            raise InputError(f"player {name!r}: {type(error).__name__}: {error}") from error
+        if not isinstance(made, Player):
+            raise InputError(
+                f"player {name!r}: expected a class with play(drone, eyes, rng) and learn"
+            )
+        return made
+
+    make()
+    return make
+
+
+def _loaded(name: str) -> Any:
+    """Return the class of `FILE.py:CLASS`, or whatever has that name there."""
     path, _, class_name = name.rpartition(":")
     if not Path(path).is_file():
         raise InputError(f"player {name!r}: no file {path!r}; expected FILE.py:CLASS")
@@ -144,11 +167,9 @@ def own_player(name: str) -> Callable[[], Player]:
     if module_spec is None or module_spec.loader is None:
         raise InputError(f"player {name!r}: {path!r} is no Python file")
     module = importlib.util.module_from_spec(module_spec)
+    sys.modules[module_spec.name] = module  # where dataclasses and pickle look for it
     try:
         module_spec.loader.exec_module(module)
-        made = getattr(module, class_name)()
-    except Exception as error:  # a user's file may fail in any way
+        return getattr(module, class_name)
+    except (Exception, SystemExit) as error:  # a user's file may fail in any way
         raise InputError(f"player {name!r}: {type(error).__name__}: {error}") from error
-    if not isinstance(made, Player):
-        raise InputError(f"player {name!r}: expected a class with play(drone, eyes, rng) and learn")
-    return getattr(module, class_name)

@@ -13,7 +13,7 @@ def wilson_interval(hits: int, trials: int) -> tuple[float, float] | None:
     middle = (rate + z2 / (2 * trials)) / (1 + z2 / trials)
     spread = rate * (1 - rate) / trials + z2 / (4 * trials**2)
     half = CONFIDENCE_95 * math.sqrt(spread) / (1 + z2 / trials)
-    return max(0.0, middle - half), min(1.0, middle + half)
+    return middle - half if hits else 0.0, middle + half if hits < trials else 1.0
 
 
 def rate(hits: int, trials: int) -> float | None:

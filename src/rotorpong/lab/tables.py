@@ -1,7 +1,8 @@
-"""Results as tables for a terminal."""
+"""Results as tables for a terminal; names may hold what rich would take for markup."""
 
 from typing import Any
 
+from rich.markup import escape
 from rich.table import Table
 
 
@@ -19,7 +20,7 @@ def summary_table(result: dict[str, Any]) -> Table:
     """Show what `evaluate` found."""
     table = _two_columns(f"{result['player']} player, {result['eyes']} eyes")
     for what in ("vehicle", "camera", "serves", "seed", "balls"):
-        table.add_row(what, str(result[what]))
+        table.add_row(what, escape(str(result[what])))
     table.add_row("hits", str(result["hits"]))
     table.add_row("hit rate (95 %)", percent(result["hit_rate"], result["hit_rate_interval"]))
     for outcome, count in sorted(_counts(result["trials"]).items()):
@@ -35,20 +36,21 @@ def detection_table(result: dict[str, Any]) -> Table:
     for column in ("picture", "frame", "balls", "x px", "y px", "diameter px", "score", "depth m"):
         table.add_column(column, justify="left" if column == "picture" else "right")
     for picture in result["pictures"]:
-        row = [picture["path"], str(picture["frame"]), str(len(picture["balls"]))]
+        row = [escape(picture["path"]), str(picture["frame"]), str(len(picture["balls"]))]
         table.add_row(*row, *_best(picture["balls"]))
     return table
 
 
 def conversion_table(result: dict[str, Any]) -> Table:
     """Show what `serves from-flight` made."""
-    table = Table(title=f"serves in {result['out']}", title_justify="left")
+    table = Table(title=escape(f"serves in {result['out']}"), title_justify="left")
     for column in ("flight", "points", "residual mm", "drag 1/m", "bounces", "left m", "up m"):
         table.add_column(column, justify="left" if column == "flight" else "right")
     for serve in result["serves"]:
         numbers = [f"{serve['residual_rms_mm']:.1f}", f"{serve['drag_per_m']:.3f}"]
         numbers += [str(serve["bounces"]), f"{serve['target_left_m']:.2f}"]
-        table.add_row(serve["flight"], str(serve["points"]), *numbers, f"{serve['target_up_m']:.2f}")
+        numbers.append(f"{serve['target_up_m']:.2f}")
+        table.add_row(escape(serve["flight"]), str(serve["points"]), *numbers)
     table.caption = (
         f"passed over: {result['files_passed_over']} files in another layout, "
         f"{result['flights_passed_over']} flights without a serve"
@@ -75,12 +77,12 @@ def findings_table(result: dict[str, Any]) -> Table:
     table = _two_columns("rotorpong doctor")
     for check in result["checks"]:
         mark = "ok" if check["ok"] else "[red]problem[/red]"
-        table.add_row(check["name"], f"{mark}  {check['found']}")
+        table.add_row(check["name"], f"{mark}  {escape(check['found'])}")
     return table
 
 
 def _two_columns(title: str) -> Table:
-    table = Table(title=title, title_justify="left", show_header=False)
+    table = Table(title=escape(title), title_justify="left", show_header=False)
     table.add_column("what")
     table.add_column("value", justify="right")
     return table

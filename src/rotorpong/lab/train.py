@@ -22,7 +22,7 @@ from rotorpong.experience import (
 )
 from rotorpong.experience.truth import TruthRow, record
 from rotorpong.lab.demonstrate import PILOT, Progress
-from rotorpong.lab.evaluate import Knowledge, make_player
+from rotorpong.lab.evaluate import Knowledge, make_player, remember_hits
 from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import LEARNERS, Spec
 from rotorpong.lab.statistics import rate
@@ -72,9 +72,13 @@ def train(
         raise InputError(
             f"player {spec.player!r} cannot learn: expected one of {', '.join(LEARNERS)}"
         )
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder; expected a file for the experience")
     shown = tuple(shipped_demonstrations() if demonstrations is None else demonstrations)
-    with _opened(path, run_of(spec), shown, resume=resume) as store:
-        return _train(spec, hits, store, progress)
+    player = make_player(spec, Knowledge(shown), explore=True)
+    stage = Stage(spec, spec.setting(), serve_source(spec.serves, spec.seed), "train")
+    with _opened(path, run_of(spec), shown, resume=resume) as store:  # when nothing else can fail
+        return _train(stage, player, hits, store, progress)
 
 
 def knowledge_of(path: Path) -> tuple[Run, Knowledge]:
@@ -116,11 +120,11 @@ def _opened(
     return store
 
 
-def _train(spec: Spec, hits: int, store: Store, progress: Progress | None) -> Trained:
+def _train(
+    stage: Stage, player: PaperPlayer, hits: int, store: Store, progress: Progress | None
+) -> Trained:
     trials = store.trials()
-    player = make_player(spec, Knowledge(store.demonstrations(), trials), explore=True)
-    source = serve_source(spec.serves, spec.seed)
-    stage = Stage(spec, spec.setting(), source, "train")
+    remember_hits(player, trials)
     index, won = len(trials), sum(trial.outcome == "hit" for trial in trials)
     while won < hits and index < MOST_BALLS_PER_HIT * hits:
         played = play_trial(stage, index, player)

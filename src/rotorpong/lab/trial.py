@@ -79,7 +79,7 @@ def _fails(
 ) -> bool:
     try:
         player.play(drone, eyes, rng)
-    except Exception as error:  # noqa: BLE001 - a user's player may raise anything
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - a user's player may raise anything
         print(f"rotorpong: trial {index}: {type(error).__name__}: {error}", file=sys.stderr)  # noqa: T201
         return True
     return False

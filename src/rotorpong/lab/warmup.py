@@ -10,6 +10,7 @@ from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec
 from rotorpong.physics.ball import TABLE_SURFACE, Air, Ball, bounce, fly
 from rotorpong.primitives import Dmp, State
+from rotorpong.world.serves import crossing
 from rotorpong.world.simulated_drone import SimulatedDrone
 
 Step = Callable[[int, int], None]
@@ -27,6 +28,7 @@ def warm_up(progress: Step | None = None) -> None:
     generators = trial_generators(0, "evaluate", 0)
     spec = Spec()
     serve = serve_source(spec.serves, 0)(0, generators.serve)
+    crossing(serve)
     tell(1, STEPS)
     drone = SimulatedDrone(
         serve, spec.setting(), vehicle_rng=generators.vehicle, sensor_rng=generators.sensors

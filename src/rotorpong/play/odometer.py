@@ -30,9 +30,9 @@ class Odometer:
     """Collects the navdata of one serve and adds them up."""
 
     def __init__(self) -> None:
-        self._times: list[Float[ndarray, "n"]] = []
-        self._velocities: list[Float[ndarray, "n 3"]] = []
-        self._headings: list[Float[ndarray, "n"]] = []
+        self._times: list[Float[ndarray, "_"]] = []
+        self._velocities: list[Float[ndarray, "_ 3"]] = []
+        self._headings: list[Float[ndarray, "_"]] = []
 
     def add(self, navdata: Navdata) -> None:
         """Take in what was measured since the last call."""
@@ -49,7 +49,12 @@ class Odometer:
         return CAMERA_FROM_BODY_AXES @ np.concatenate(self._velocities)[near].mean(axis=0)
 
     def path(self, start: float, end: float) -> Path:
-        """Return the path from `start` to `end` (s); velocities are held outside the navdata."""
+        """Return the path from `start` to `end` (s); velocities are held outside the navdata.
+
+        Without any navdata the body stood still, as far as anybody knows.
+        """
+        if not any(map(len, self._times)):
+            return Path(np.array([start, end]), np.zeros((2, 3)), np.zeros((2, 3)))
         times, velocities = self._joined(self._times), self._level(start)
         inside = (times > start) & (times < end)
         instants = np.concatenate([[start], times[inside], [end]])
@@ -67,7 +72,7 @@ class Odometer:
         return body @ CAMERA_FROM_BODY_AXES.T
 
     @staticmethod
-    def _joined(parts: list[Float[ndarray, "n"]]) -> Float[ndarray, "m"]:
+    def _joined(parts: list[Float[ndarray, "_"]]) -> Float[ndarray, "n"]:
         return np.concatenate(parts) if parts else np.empty(0)
 
 

@@ -151,22 +151,24 @@ def write_annotated(result: PictureBalls, folder: Path, *, index: int) -> Path:
 def _read_folder(folder: Path) -> Iterator[tuple[Path, int, Picture]]:
     entries = sorted(folder.iterdir())
     known = [path for path in entries if path.is_file() and _is_known(path)]
-    passed_over, dropped, pictures = len(entries) - len(known), 0, 0
+    passed_over, dropped, pictures = len(entries) - len(known), [], 0
     for path in known:
         try:
             for item in _read_file(path):
                 pictures += 1
                 yield item
         except InputError as error:
-            dropped += 1
-            log.warning("dropped: %s", error)
-    if passed_over or dropped:
-        log.warning("%s: passed over %d, dropped %d damaged", folder, passed_over, dropped)
+            dropped.append(error)
     if not pictures:
         raise InputError(
             f"folder {folder} holds no readable picture or video: {passed_over} other entries, "
-            f"{dropped} damaged; expected {' '.join(sorted(PICTURE_SUFFIXES | VIDEO_SUFFIXES))}"
+            f"{len(dropped)} damaged; expected "
+            f"{' '.join(sorted(PICTURE_SUFFIXES | VIDEO_SUFFIXES))}"
         )
+    for error in dropped:
+        log.warning("dropped: %s", error)
+    if passed_over or dropped:
+        log.warning("%s: passed over %d, dropped %d damaged", folder, passed_over, len(dropped))
 
 
 def _is_known(path: Path) -> bool:

@@ -396,14 +396,31 @@ def blade_gaps(positions, track, racket, rotation, position, body, out):
 
 
 @kernel
-def blade_meets(positions, track, racket, lag, rotation, position, body):
+def lateness(positions, track, racket, longest, scratch):
+    """Return the smallest lag (ticks, either sign) at which blade and ball meet face to face.
+
+    Longer than `longest` if there is none.
+    """
+    for size in range(longest + 1):
+        for lag in (size, -size):
+            if blade_meets(positions, track, racket, lag, scratch):
+                return lag
+    return longest + 1
+
+
+@kernel
+def blade_meets(positions, track, racket, lag, scratch):
     """Tell whether the blade, `lag` ticks after each ball position, would have been struck."""
-    for k in range(positions.shape[0]):
-        j = k + lag
-        if j < 0 or j >= track.shape[0] or drone_is_far(positions[k], track, j):
+    rotation, position, body = scratch
+    centre = math.sqrt(racket.x**2 + racket.y**2 + racket.z**2)
+    reach = centre + max(racket.half_width, racket.half_height) + BALL_RADIUS
+    for k in range(max(0, -lag), min(positions.shape[0], track.shape[0] - lag)):
+        px, py, pz, j = positions[k, 0], positions[k, 1], positions[k, 2], k + lag
+        dx, dy, dz = px - track[j, 0], py - track[j, 1], pz - track[j, 2]
+        if dx * dx + dy * dy + dz * dz > reach * reach:
             continue
         pose_between(track, j, 0.0, rotation, position)
-        body_point(positions[k, 0], positions[k, 1], positions[k, 2], rotation, position, body)
+        body_point(px, py, pz, rotation, position, body)
         if body[0] > racket.x and blade_gap(body, racket) <= 0.0:
             y, z = body[1] - racket.y, body[2] - racket.z
             off = ellipse_gap(y, z, racket.half_width, racket.half_height)[2]

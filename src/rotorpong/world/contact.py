@@ -137,12 +137,9 @@ def time_error(
     The smallest shift in time at which blade and ball would have met face to face; None if there
     is none within `longest`.
     """
-    scratch = (np.empty((3, 3)), np.empty(3), np.empty(3))
-    for lag in range(round(longest / TICK) + 1):
-        for signed in (lag, -lag):
-            if kernels.blade_meets(positions, track, racket, signed, *scratch):
-                return signed * TICK
-    return None
+    most, scratch = round(longest / TICK), (np.empty((3, 3)), np.empty(3), np.empty(3))
+    lag = kernels.lateness(positions, track, racket, most, scratch)
+    return lag * TICK if lag <= most else None
 
 
 def drone_touches_court(track: Track, hull: Hull) -> bool:

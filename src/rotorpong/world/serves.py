@@ -99,7 +99,7 @@ def obeys_rules(serve: Serve) -> bool:
     solids = Solids(air=serve.air, table=serve.table)
     time, _, contacts = approach(state_of(serve.ball), PLANE_X, solids)
     bounced = len(contacts) == 1 and contacts[0].solid == "table"
-    return time is not None and bounced and contacts[0].position[0] < 0.0
+    return time is not None and bounced and bool(contacts[0].position[0] < 0.0)
 
 
 def crossing(serve: Serve) -> tuple[float | None, BallState]:

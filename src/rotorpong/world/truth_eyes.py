@@ -1,7 +1,7 @@
 """Eyes that know: the exact ball in the frame of the onboard camera.
 
-Only the laboratory can hand them to a player. They answer from the first frame that shows the
-whole ball inside the picture, as no eyes could answer earlier.
+Only the laboratory can hand them to a player. They answer for every frame that shows the ball's
+centre inside the picture, and for no other.
 """
 
 import numpy as np

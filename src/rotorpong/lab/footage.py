@@ -1,0 +1,126 @@
+"""A serve of an evaluation played once more, keeping what the camera saw and where the ball was.
+
+Trials depend on seed, purpose and index alone, so the second playing is the first, frame by frame.
+What is kept is for people to look at; the player gets the drone's own observations, untouched.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from rotorpong.drone import (
+    BallEstimate,
+    Drone,
+    Eyes,
+    Observation,
+    Player,
+    VelocityCommand,
+    Verdict,
+)
+from rotorpong.lab.trial import Played, Stage, play_trial
+from rotorpong.physics.camera import in_picture
+from rotorpong.play.paper import PaperSettings
+from rotorpong.world.simulated_drone import SimulatedDrone
+
+WELL_MOVED = 0.4  # m: a blade that went farther to its ball is no prettier
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """One frame, what the eyes made of it, and the truth."""
+
+    observation: Observation
+    estimate: BallEstimate | None
+    ball: Float[ndarray, "3"]  # m, true, camera frame
+
+
+@dataclass(frozen=True, slots=True)
+class Take:
+    """A serve played again."""
+
+    played: Played
+    sights: tuple[Sight, ...]
+
+    @property
+    def trigger(self) -> BallEstimate | None:
+        """The first estimate that sets the paper's player going."""
+        settings = PaperSettings()
+        estimates = (sight.estimate for sight in self.sights)
+        return next((one for one in estimates if one and settings.triggers(one)), None)
+
+
+def play_again(stage: Stage, index: int, player: Player, *, look: bool = True) -> Take:
+    """Play serve `index` of a stage again.
+
+    Args:
+        stage: as in the evaluation.
+        index: of the serve.
+        player: with what it knew then.
+        look: let fresh eyes look at every frame, also those that the player did not look at.
+    """
+    filmed = _Filmed(player, stage, look=look)
+    played = play_trial(stage, index, filmed)
+    return Take(played, filmed.sights)
+
+
+def most_telling(stage: Stage, indices: Iterable[int], player: Player) -> int:
+    """Return the serve most worth showing: hit in the middle, long in view, far to go.
+
+    Args:
+        stage: as in the evaluation.
+        indices: the serves to choose from, at least one.
+        player: with what it knew then.
+    """
+    takes = [play_again(stage, index, player, look=False) for index in indices]
+    return max(takes, key=lambda take: _beauty(take, stage)).played.index
+
+
+def _beauty(take: Take, stage: Stage) -> float:
+    truth = take.played.truth
+    offset = truth.verdict.contact_offset
+    balls = np.stack([sight.ball for sight in take.sights])
+    in_view = float(np.mean(in_picture(stage.setting.camera, balls)))
+    moved = float(np.linalg.norm(truth.blade_path[-1] - truth.blade_path[0]))
+    central = -truth.miss_distance if offset is None else 1.0 - offset
+    return central + 0.5 * in_view + 0.5 * min(moved / WELL_MOVED, 1.0)
+
+
+class _Filmed:
+    """A player whose drone is watched."""
+
+    def __init__(self, player: Player, stage: Stage, *, look: bool) -> None:
+        self._player, self._stage, self._look = player, stage, look
+        self.sights: tuple[Sight, ...] = ()
+
+    def play(self, drone: Drone, eyes: Eyes, rng: np.random.Generator) -> None:
+        assert isinstance(drone, SimulatedDrone), "only the simulator can be played again"
+        watched = _Watched(drone)
+        self._player.play(watched, eyes, rng)
+        looking = self._stage.spec.make_eyes(drone) if self._look else None
+        self.sights = tuple(
+            Sight(seen, looking.see(seen) if looking else None, ball) for seen, ball in watched.seen
+        )
+
+    def learn(self, verdict: Verdict) -> None:
+        """Learn nothing: this serve was played before."""
+
+
+class _Watched:
+    """A drone that keeps what it handed out."""
+
+    def __init__(self, drone: SimulatedDrone) -> None:
+        self._drone = drone
+        self.seen: list[tuple[Observation, Float[ndarray, "3"]]] = []
+
+    def observe(self) -> Observation | None:
+        observation = self._drone.observe()
+        if observation is not None:
+            position, _ = self._drone.ball_in_camera(observation.frame_time)
+            self.seen.append((observation, position))
+        return observation
+
+    def command(self, velocity: VelocityCommand) -> VelocityCommand:
+        return self._drone.command(velocity)

@@ -1,0 +1,186 @@
+"""Everything unknown is refused at the door, and a user's own player is taken in."""
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rotorpong.conventions import InputError
+from rotorpong.drone import Player
+from rotorpong.lab.serving import serve_source
+from rotorpong.lab.spec import (
+    LARGEST_SEED,
+    Spec,
+    camera_named,
+    own_player,
+    require_count,
+)
+from rotorpong.physics.camera import GAZEBO
+from rotorpong.physics.vehicle import TUM_GAZEBO
+
+OWN = """
+class Own:
+    def play(self, drone, eyes, rng):
+        while drone.observe() is not None:
+            pass
+
+    def learn(self, verdict):
+        pass
+"""
+
+
+def test_the_default_can_be_played():
+    assert Spec().check() == Spec()
+
+
+def test_a_spec_travels_to_a_worker():
+    spec = Spec("hover", serves="constant", seed=4, vehicle=TUM_GAZEBO, camera=GAZEBO)
+    assert pickle.loads(pickle.dumps(spec)) == spec
+
+
+def test_vehicle_and_camera_are_names_or_objects():
+    named, passed = Spec(), Spec(vehicle=TUM_GAZEBO, camera=replace(GAZEBO, name="mine"))
+    assert named.setting().vehicle is passed.setting().vehicle
+    assert (passed.vehicle_name, passed.camera_name) == ("tum_gazebo", "mine")
+    assert passed.check().camera_profile().name == "mine"
+
+
+@pytest.mark.parametrize(
+    ("field", "given", "message"),
+    [
+        ("player", "nobody", "unknown player 'nobody': expected one of hover, paper, or your own"),
+        ("player", "", "unknown player ''"),
+        ("player", "own.py", "unknown player 'own.py'"),
+        ("player", "gone.py:Own", "no file 'gone.py'; expected FILE.py:CLASS"),
+        ("eyes", "tracker", "unknown eyes 'tracker': expected one of truth, paper"),
+        ("vehicle", "crazyflie", "unknown vehicle 'crazyflie': expected one of tum_gazebo"),
+        ("camera", "nikon", "camera 'nikon': expected one of gazebo, ardrone2_720p, or a calib"),
+        ("camera", "", "camera '': expected one of gazebo"),
+        ("serves", "smash", "serves 'smash': expected one of human, constant, or a CSV file"),
+        ("serves", "", "serves '': expected one of human"),
+        ("racket", "wood", "unknown racket 'wood': expected one of cardboard, rubber"),
+        ("seed", -1, "seed -1: expected a whole number from 0 to 9223372036854775807"),
+        ("seed", LARGEST_SEED + 1, "seed 9223372036854775808: expected a whole number"),
+    ],
+)
+def test_what_is_unknown_is_refused_with_what_is_known(field, given, message):
+    with pytest.raises(InputError) as refusal:
+        replace(Spec(), **{field: given}).check()
+    assert message in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+
+
+def test_eyes_that_look_at_no_frame_cannot_be_blacked_out():
+    with pytest.raises(InputError, match="blackout with eyes truth"):
+        Spec(eyes="truth", blackout=True).check()
+    assert Spec(eyes="paper", blackout=True).check()
+
+
+@pytest.mark.parametrize("count", [0, -1, 10_000_001, 10**30])
+def test_counts_have_bounds(count):
+    with pytest.raises(InputError, match=f"balls {count}: expected a whole number from 1 to"):
+        require_count("balls", count)
+
+
+def test_a_calibration_file_is_a_camera(tmp_path):
+    path = tmp_path / "mine.json"
+    path.write_text('{"fx": 500, "fy": 500, "cx": 320, "cy": 180, "width": 640, "height": 360}')
+    assert camera_named(str(path)).focal_length_px == (500.0, 500.0)
+    assert Spec(camera=str(path)).check().camera_name == str(path)
+    path.write_text('{"fx": NaN, "fy": 500, "cx": 320, "cy": 180, "width": 640, "height": 360}')
+    with pytest.raises(InputError, match=r"mine\.json: fx is 'nan'; expected a finite number"):
+        Spec(camera=str(path)).check()
+
+
+def test_a_folder_is_no_camera(tmp_path):
+    with pytest.raises(InputError, match="cannot be read"):
+        camera_named(str(tmp_path))
+
+
+def own(folder, text, name="own.py"):
+    path = folder / name
+    path.write_text(text)
+    return path
+
+
+def test_a_users_own_player_is_loaded_from_its_file(tmp_path):
+    name = f"{own(tmp_path, OWN)}:Own"
+    make = own_player(name)
+    one, two = make(), make()
+    assert isinstance(one, Player)
+    assert one is not two
+    assert Spec(name).check().is_own_player
+
+
+def test_a_users_own_player_may_be_a_dataclass_with_postponed_annotations(tmp_path):
+    text = "from __future__ import annotations\nimport dataclasses\n@dataclasses.dataclass\n"
+    text += OWN.strip().replace("class Own:", "class Own:\n    speed: float = 1.0")
+    assert own_player(f"{own(tmp_path, text, 'postponed.py')}:Own")().speed == 1.0
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "said"),
+    [
+        ("class Own(:\n", "Own", "SyntaxError"),
+        (OWN, "Other", "no attribute 'Other'"),
+        (OWN, "", "no attribute ''"),
+        ("1 / 0\n", "Own", "ZeroDivisionError: division by zero"),
+        ("import sys\nsys.exit(3)\n", "Own", "SystemExit: 3"),
+        ("import nothing_of_that_name\n", "Own", "ModuleNotFoundError"),
+        ("Own = 3\n", "Own", "'int' object is not callable"),
+        ("class Own:\n    def play(self, drone, eyes, rng): ...\n", "Own", "expected a class with"),
+        ("class Own:\n    def __init__(self, x): ...\n", "Own", "missing 1 required positional"),
+        ("class Own:\n    def __init__(self): exit()\n", "Own", "SystemExit"),
+    ],
+)
+def test_a_file_that_holds_no_player_is_refused(tmp_path, text, name, said):
+    path = own(tmp_path, text)
+    with pytest.raises(InputError, match=f"player '{path}:{name}'") as refusal:
+        Spec(f"{path}:{name}").check()
+    assert said in str(refusal.value)
+
+
+def test_a_class_that_can_be_made_only_once_is_refused_later(tmp_path):
+    text = (
+        OWN
+        + "\n    made = []\n    def __init__(self):\n        Own.made.append(1 // (not Own.made))"
+    )
+    make = own_player(f"{own(tmp_path, text)}:Own")
+    with pytest.raises(InputError, match="ZeroDivisionError"):
+        make()
+
+
+def test_human_serves_depend_on_the_generator_alone():
+    one, two = (serve_source("human", seed)(0, np.random.default_rng(1)) for seed in (0, 9))
+    np.testing.assert_array_equal(one.ball.velocity, two.ball.velocity)
+
+
+def test_constant_serves_scatter_about_one_that_the_seed_draws():
+    def velocities(seed):
+        source = serve_source("constant", seed)
+        return np.array([
+            source(i, np.random.default_rng(i)).ball.velocity for i in range(12)
+        ])  # fmt: skip
+
+    one, again, other = velocities(0), velocities(0), velocities(1)
+    np.testing.assert_array_equal(one, again)
+    speeds = np.linalg.norm(one, axis=1)
+    assert 0.05 < speeds.std() < 0.5  # 0.2 m/s
+    assert not np.allclose(one, other)
+    releases = [
+        serve_source("constant", 0)(i, np.random.default_rng(i)).ball.position for i in (0, 1)
+    ]
+    np.testing.assert_array_equal(*releases)
+
+
+def test_rows_of_a_file_are_thrown_in_turn(tmp_path):
+    from rotorpong.lab.serve_files import write_serves
+
+    source = serve_source("human", 0)
+    serves = [source(i, np.random.default_rng(i)) for i in range(3)]
+    write_serves(tmp_path / "serves.csv", serves)
+    thrown = serve_source(str(tmp_path / "serves.csv"), 0)
+    for i in range(7):
+        found = thrown(i, np.random.default_rng(99))
+        np.testing.assert_array_equal(found.ball.velocity, serves[i % 3].ball.velocity)

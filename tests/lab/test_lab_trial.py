@@ -1,0 +1,119 @@
+"""One serve from beginning to end, and who is blamed for what."""
+
+import numpy as np
+import pytest
+
+from rotorpong.drone import HOVER, VelocityCommand
+from rotorpong.lab.serving import serve_source
+from rotorpong.lab.spec import Spec
+from rotorpong.lab.trial import Stage, play_trial
+from rotorpong.play.hover import Hover
+
+UNSEEN_BALL = 0  # of seed 0: a hovering drone misses it by far
+
+
+def stage(purpose="evaluate", **spec):
+    made = Spec(**spec)
+    return Stage(made, made.setting(), serve_source(made.serves, made.seed), purpose)
+
+
+class Playing:
+    """A player of one's own that calls `act` at every frame."""
+
+    def __init__(self, act):
+        self._act = act
+
+    def play(self, drone, eyes, rng):
+        while (observation := drone.observe()) is not None:
+            self._act(drone, eyes, observation)
+
+    def learn(self, verdict):
+        raise AssertionError
+
+
+def test_the_same_serve_is_thrown_at_every_player():
+    one = play_trial(stage(player="hover", eyes="truth"), 3, Hover())
+    two = play_trial(stage(player="paper", eyes="paper"), 3, Playing(lambda *_: None))
+    np.testing.assert_array_equal(one.serve.ball.velocity, two.serve.ball.velocity)
+    np.testing.assert_array_equal(one.serve.ball.spin, two.serve.ball.spin)
+
+
+def test_whoever_only_hovers_does_as_hover_does():
+    for index in range(4):
+        idle = play_trial(stage(), index, Playing(lambda drone, *_: drone.command(HOVER))).truth
+        hover = play_trial(stage(), index, Hover()).truth
+        assert (idle.verdict, idle.miss_distance) == (hover.verdict, hover.miss_distance)
+        np.testing.assert_array_equal(idle.body_path, hover.body_path)
+
+
+def test_demonstrations_training_and_evaluation_throw_different_balls():
+    thrown = {
+        play_trial(stage(purpose), 0, Hover()).serve.ball.velocity[1]
+        for purpose in ("demonstrate", "train", "evaluate")
+    }
+    assert len(thrown) == 3
+
+
+def test_who_leaves_early_is_judged_all_the_same():
+    class Leaving:
+        def play(self, drone, eyes, rng):
+            return None
+
+        def learn(self, verdict):
+            raise AssertionError
+
+    assert (
+        play_trial(stage(), 2, Leaving()).truth.verdict == play_trial(stage(), 2, Hover()).verdict
+    )
+
+
+@pytest.mark.parametrize("error", [ValueError("no way"), SystemExit(0), RecursionError()])
+def test_a_player_that_raises_has_played_a_fault(error, capsys):
+    def act(*_):
+        raise error
+
+    played = play_trial(stage(), 1, Playing(act))
+    assert played.outcome == "fault"
+    assert capsys.readouterr().err.startswith(f"rotorpong: trial 1: {type(error).__name__}: ")
+
+
+def test_a_command_that_is_no_number_is_a_fault_of_the_player(capsys):
+    def act(drone, eyes, observation):
+        drone.command(VelocityCommand(float("nan")))
+
+    assert play_trial(stage(), 1, Playing(act)).outcome == "fault"
+    assert "expected finite velocities" in capsys.readouterr().err
+
+
+def test_ctrl_c_is_no_fault_of_the_player():
+    def act(*_):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        play_trial(stage(), 1, Playing(act))
+
+
+def test_eyes_that_were_asked_and_never_answered_make_it_unseen():
+    dark = stage(blackout=True)
+    looking = Playing(lambda drone, eyes, observation: eyes.see(observation))
+    assert play_trial(dark, UNSEEN_BALL, looking).outcome == "unseen"
+    assert play_trial(dark, UNSEEN_BALL, Playing(lambda *_: None)).outcome == "miss"
+    assert play_trial(stage(eyes="truth"), UNSEEN_BALL, looking).outcome == "miss"
+
+
+def test_an_unseen_ball_may_still_be_hit_by_chance():
+    outcomes = {
+        play_trial(stage(blackout=True), i, Playing(lambda d, e, o: e.see(o))).outcome
+        for i in (0, 1, 2)
+    }
+    assert outcomes == {"unseen", "hit", "hull"}
+
+
+def test_no_player_gets_a_command_beyond_the_limits():
+    sent = []
+    greedy = Playing(
+        lambda drone, *_: sent.append(drone.command(VelocityCommand(99.0, -99.0, 9.0)))
+    )
+    play_trial(stage(), 0, greedy)
+    assert set(sent) == {VelocityCommand(2.0, -2.0, 0.5, 0.0)}
+    assert HOVER not in sent

@@ -1,0 +1,342 @@
+"""The command line, met by a hostile user: one line, status 2, and never a traceback."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import cv2
+import numpy as np
+import pytest
+
+from rotorpong import cli
+from rotorpong.conventions import InputError
+from rotorpong.lab.spec import Spec
+from rotorpong.lab.train import train
+
+PLAYER = (
+    "class Own:\n    def play(self, drone, eyes, rng):\n        {}\n    def learn(self, v): ...\n"
+)
+SERVE_HEADER = "x_m,y_m,z_m,vx_m_s,vy_m_s,vz_m_s,wx_rad_s,wy_rad_s,wz_rad_s,"
+SERVE_HEADER += "drag_per_m,restitution,friction\n"
+HEAVY = ("numba", "cv2", "scipy", "matplotlib")
+
+
+def ask(capsys, *arguments):
+    """Run a command in this process; return its status, stdout and stderr."""
+    capsys.readouterr()
+    try:
+        status = cli._run([str(argument) for argument in arguments])
+    except SystemExit as left:
+        status = left.code
+    said = capsys.readouterr()
+    return status, said.out, said.err
+
+
+def shell(*arguments, **options):
+    """Start the command as a user would."""
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    command = [sys.executable, "-m", "rotorpong", *arguments]
+    return subprocess.Popen(command, **{**pipes, **options})
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """A folder full of things that are not what they should be."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "text").write_text("hello")
+    (tmp_path / "nothing").touch()
+    (tmp_path / "binary.csv").write_bytes(bytes(range(256)))
+    (tmp_path / "nan.csv").write_text(SERVE_HEADER + "2,0,0.3,-7,0,nan,0,0,0,0.15,0.88,0.25\n")
+    rows = [f"{0.01 * i},{2 - 0.05 * i},0,{'nan' if i == 7 else 0.3}\n" for i in range(40)]
+    (tmp_path / "flight.csv").write_text("time_s,x_m,y_m,z_m\n" + "".join(rows))
+    (tmp_path / "damaged.json").write_text("{")
+    (tmp_path / "damaged.sqlite").write_bytes(b"SQLite format 3\0" + bytes(500))
+    (tmp_path / "syntax.py").write_text("class Own(:\n")
+    (tmp_path / "ball.png").write_bytes(cv2.imencode(".png", ball_picture())[1].tobytes())
+    whole = (tmp_path / "ball.png").read_bytes()
+    (tmp_path / "truncated.png").write_bytes(whole[: len(whole) // 2])
+    (tmp_path / "truncated.mp4").write_bytes(truncated_video(tmp_path / "whole.mp4"))
+    return tmp_path
+
+
+def ball_picture():
+    picture = np.full((360, 640, 3), 120, np.uint8)
+    return cv2.circle(picture, (300, 180), 12, (0, 120, 255), -1, cv2.LINE_AA)
+
+
+def truncated_video(path):
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"mp4v"), 30, (640, 360))
+    for _ in range(10):
+        writer.write(ball_picture())
+    writer.release()
+    return path.read_bytes()[:-2000]
+
+
+BAD = {
+    "evaluate --balls 0": "balls 0: expected a whole number from 1 to 10000000",
+    "evaluate --balls -1": "balls -1: expected a whole number",
+    "evaluate --balls 99999999999999999999": "expected a whole number from 1 to 10000000",
+    "evaluate --balls 1.5": "--balls: invalid literal for int() with base 10: '1.5'",
+    "evaluate --balls many": "--balls: invalid literal for int() with base 10: 'many'",
+    "evaluate --balls": "Missing value for argument '--balls'",
+    "evaluate --workers 0": "workers 0: expected a whole number",
+    "evaluate --workers -3": "workers -3: expected a whole number",
+    "evaluate --seed -1": "seed -1: expected a whole number from 0 to 9223372036854775807",
+    "evaluate --seed 99999999999999999999": "seed 99999999999999999999: expected",
+    "evaluate --seed zero": "--seed: invalid literal for int()",
+    "evaluate --player nobody": "expected one of hover, paper, or your own as FILE.py:CLASS",
+    "evaluate --player gone.py:Own": "no file 'gone.py'; expected FILE.py:CLASS",
+    "evaluate --player syntax.py:Own": "SyntaxError",
+    "evaluate --player empty:Own": "unknown player 'empty:Own'",
+    "evaluate --eyes tracker": "unknown eyes 'tracker': expected one of truth, paper",
+    "evaluate --vehicle crazyflie": "unknown vehicle 'crazyflie': expected one of tum_gazebo",
+    "evaluate --camera nikon": "camera 'nikon': expected one of gazebo, ardrone2_720p",
+    "evaluate --camera damaged.json": "calibration damaged.json: is damaged JSON",
+    "evaluate --camera empty": "calibration empty: cannot be read",
+    "evaluate --serves smash": "serves 'smash': expected one of human, constant",
+    "evaluate --serves nan.csv": "nan.csv: line 2: 'nan'; expected a finite number",
+    "evaluate --serves flight.csv": "flight.csv: line 9: 'nan'; expected a finite number",
+    "evaluate --serves nothing": "nothing: is empty",
+    "evaluate --serves text": "begins with 'hello'",
+    "evaluate --serves binary.csv": "binary.csv: no UTF-8 text",
+    "evaluate --serves empty": "empty: 0 files, none of them a flight",
+    "evaluate --racket wood": "unknown racket 'wood': expected one of cardboard, rubber",
+    "evaluate --eyes truth --blackout": "--blackout with eyes truth",
+    "evaluate --experience gone.sqlite": "gone.sqlite: does not exist",
+    "evaluate --experience damaged.sqlite": "damaged.sqlite: not an experience file",
+    "evaluate --experience nothing": "nothing: not an experience file",
+    "evaluate --experience text": "text: not an experience file",
+    "evaluate --experience empty": "empty: is a folder; expected an experience file",
+    "evaluate --nonsense": "Unrecognized options: --nonsense",
+    "evaluate --nonsense 3": "Unrecognized options: --nonsense",
+    "evaluate extra": "Unrecognized options: extra",
+    "train": "Missing from rotorpong train: --hits",
+    "train --hits 1": "--out PATH",
+    "train --hits 0 --out run": "hits 0: expected a whole number",
+    "train --hits -1 --out run": "hits -1: expected a whole number",
+    "train --hits 1 --out run --player hover": "player 'hover' cannot learn: expected one of paper",
+    "train --hits 1 --out run --seed -1": "seed -1: expected",
+    "train --hits 1 --out run --serves nan.csv": "nan.csv: line 2: 'nan'",
+    "train --hits 1 --out empty --eyes truth": "empty: is a folder; expected a file",
+    "train --hits 1 --out gone/run --eyes truth": "the folder gone does not exist",
+    "train --hits 1 --out text --eyes truth": "text: exists; use --resume",
+    "train --hits 1 --out text --eyes truth --resume": "text: not an experience file",
+    "train --hits 1 --out damaged.sqlite --resume --eyes truth": "not an experience file",
+    "detect": "no path given; expected pictures, folders or videos",
+    "detect gone.png": "gone.png: no such file or folder",
+    "detect empty": "folder empty holds no readable picture or video",
+    "detect nothing": "nothing: not a picture that OpenCV can decode, or damaged",
+    "detect truncated.png": "truncated.png: not a picture that OpenCV can decode, or damaged",
+    "detect truncated.mp4": "truncated.mp4: not a video that OpenCV can decode, or damaged",
+    "detect nan.csv": "nan.csv: not a picture",
+    "detect ball.png --min-score 2": "minimum score 2.0; expected 0 to 1",
+    "detect ball.png --min-score nan": "minimum score nan",
+    "detect ball.png --min-score high": "--min-score: could not convert string to float: 'high'",
+    "detect ball.png --ball-diameter-mm 0": "ball diameter 0 mm: expected above 0 and below 1000",
+    "detect ball.png --ball-diameter-mm -4": "ball diameter -4 mm",
+    "detect ball.png --ball-diameter-mm 40000": "ball diameter 40000 mm",
+    "detect ball.png --colour pink": "unknown colour 'pink': expected one of orange, white",
+    "detect ball.png --colour orange,": "unknown colour ''",
+    "detect ball.png --eyes truth": "unknown eyes 'truth': expected one of paper",
+    "detect ball.png --camera nikon": "camera 'nikon': expected one of gazebo, ardrone2_720p",
+    "detect ball.png --camera ardrone2_720p": "is calibrated for 1280 x 720",
+    "detect ball.png --out text": "out 'text' is a file: expected a folder",
+    "serves stats --balls 0": "balls 0: expected a whole number",
+    "serves stats --serves smash": "serves 'smash': expected one of human, constant",
+    "serves stats --camera nikon": "camera 'nikon': expected one of gazebo",
+    "serves stats --seed -1": "seed -1: expected",
+    "serves from-flight": "--out PATH",
+    "serves from-flight gone.csv --out made.csv": "gone.csv: no such file",
+    "serves from-flight flight.csv --out made.csv": "flight.csv: line 9: 'nan'",
+    "serves from-flight empty --out made.csv": "empty: 0 files, none of them a flight",
+    "serves nonsense": "Available subcommands: from-flight, stats",
+    "doctor extra": "Unrecognized options: extra",
+    "nonsense": "Available subcommands: demo, train, evaluate, detect, serves, doctor",
+    "--nonsense": "Unrecognized options: --nonsense",
+}
+
+
+@pytest.mark.parametrize("line", BAD)
+def test_bad_input_is_status_2_and_one_line_that_says_what_was_expected(here, capfd, line):
+    before = sorted(here.iterdir())
+    status, out, err = ask(capfd, *line.split(), "--json")
+    assert (status, out) == (2, "")
+    assert err.startswith("rotorpong: ")
+    assert err.count("\n") == 1
+    assert err.endswith("\n")
+    assert BAD[line] in err
+    assert "---" not in err
+    assert sorted(here.iterdir()) == before
+
+
+@pytest.mark.parametrize("line", ["train --hits 1 --out ", "detect ", "evaluate --serves "])
+def test_an_empty_name_is_bad_input(here, capfd, line):
+    status, out, err = ask(capfd, *line.split(), "")
+    assert (status, out, err.count("\n")) == (2, "", 1)
+
+
+def test_a_place_that_cannot_be_written_is_bad_input(here, capfd):
+    for line in (
+        "train --hits 1 --eyes truth --out /proc/run",
+        "detect ball.png --out /proc/marked",
+        "detect ball.png --out text/marked",
+    ):
+        status, out, err = ask(capfd, *line.split(), "--json")
+        assert (status, out, err.count("\n")) == (2, "", 1)
+        assert "cannot" in err
+
+
+def is_one_line_of_json(out):
+    return out.count("\n") == 1 and out.endswith("\n") and json.loads(out) is not None
+
+
+@pytest.mark.parametrize(
+    ("line", "keys"),
+    [
+        ("evaluate --player hover --balls 2", {"hits", "hit_rate", "trials"}),
+        ("detect ball.png ball.png --camera gazebo", {"pictures"}),
+        ("serves stats --balls 2", {"flight_time_s", "hover_hit_rate"}),
+        (
+            "train --hits 1 --seed 1 --eyes truth --out run",
+            {"balls", "hits", "hit_rate", "experience"},
+        ),
+    ],
+)
+def test_json_is_one_line_on_stdout_and_nothing_else(here, capfd, line, keys):
+    status, out, err = ask(capfd, *line.split(), "--json")
+    assert status == 0
+    assert is_one_line_of_json(out)
+    assert keys <= set(json.loads(out))
+    assert err == ""
+
+
+@pytest.mark.parametrize(
+    ("line", "shown"),
+    [
+        ("evaluate --player hover --balls 2", "hover player"),
+        ("detect ball.png", "ball.png"),
+        ("serves stats --balls 2", "2 serves human"),
+    ],
+)
+def test_without_json_a_table_is_shown(here, capfd, line, shown):
+    status, out, _ = ask(capfd, *line.split())
+    assert status == 0
+    assert shown in out
+
+
+def test_train_says_where_it_was_kept(here, capfd):
+    line = ["train", "--hits", "1", "--seed", "1", "--eyes", "truth", "--out", "run"]
+    status, out, err = ask(capfd, *line)
+    assert (status, out) == (0, "")
+    assert err.startswith("rotorpong: 1 hits of ")
+    assert err.endswith("kept in run\n")
+    assert ask(capfd, *line, "--json")[0] == 2
+    resumed = ask(capfd, *line, "--resume", "--json")
+    assert resumed[0] == 0
+    assert json.loads(resumed[1])["experience"] == "run"
+
+
+def test_experience_of_other_eyes_is_accepted_with_a_warning(here, capfd):
+    train(Spec(eyes="truth", seed=1), 1, here / "run.sqlite")
+    line = ["evaluate", "--balls", "1", "--experience", "run.sqlite", "--json"]
+    status, out, err = ask(capfd, *line)
+    assert status == 0
+    assert is_one_line_of_json(out)
+    assert err == "rotorpong: run.sqlite was recorded with eyes truth, not paper\n"
+    assert ask(capfd, *line, "--eyes", "truth")[2] == ""
+    status, _, err = ask(capfd, *line, "--eyes", "truth", "--serves", "constant")
+    assert (status, err.count("\n")) == (0, 1)
+    assert "serves human, not constant" in err
+
+
+def test_what_a_players_own_code_prints_or_leaves_does_not_spoil_the_json(here, capfd):
+    (here / "own.py").write_text(PLAYER.format("print('look at me'); raise SystemExit(0)"))
+    line = ["evaluate", "--player", "own.py:Own", "--balls", "11", "--json"]
+    for workers in ("1", "2"):
+        status, out, err = ask(capfd, *line, "--workers", workers)
+        assert status == 0
+        assert is_one_line_of_json(out)
+        assert {trial["outcome"] for trial in json.loads(out)["trials"]} == {"fault"}
+        assert err.count("look at me") == 11
+
+
+def test_a_worker_that_dies_is_one_line(here, capfd):
+    (here / "own.py").write_text("import os\n" + PLAYER.format("os._exit(1)"))
+    line = ["evaluate", "--player", "own.py:Own", "--balls", "11", "--workers", "2", "--json"]
+    status, out, err = ask(capfd, *line)
+    assert (status, out) == (2, "")
+    assert err == "rotorpong: a worker process died, for want of memory or killed\n"
+
+
+def test_errors_of_several_lines_become_one(capfd, monkeypatch):
+    def run(self):
+        raise InputError("first\n  second\tthird")
+
+    monkeypatch.setattr(cli.Doctor, "run", run)
+    assert ask(capfd, "doctor") == (2, "", "rotorpong: first second third\n")
+
+
+@pytest.mark.parametrize("width", ["40", "200"])
+def test_a_box_of_the_parser_becomes_one_line_in_any_terminal(capfd, monkeypatch, width):
+    monkeypatch.setenv("COLUMNS", width)
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    status, out, err = ask(capfd, "evaluate", "--nonsense")
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith("rotorpong: Unrecognized options: --nonsense")
+    assert "\x1b" not in err
+    assert not set("─│╭╮╰╯┌┐└┘├┤") & set(err)
+
+
+@pytest.mark.parametrize("line", ["", "--help", "evaluate --help", "serves --help"])
+def test_help_is_on_stdout_and_status_0(capfd, line):
+    status, out, err = ask(capfd, *line.split())
+    assert status in {0, None}
+    assert "usage: rotorpong" in out
+    assert err == ""
+
+
+def test_help_does_not_promise_what_does_not_exist(capfd):
+    shown = "".join(ask(capfd, *line.split())[1] for line in ("--help", "evaluate --help"))
+    for later in ("--session", "--randomize", "reproduce", "cockpit", "tracker", "ardrone2_360p"):
+        assert later not in shown
+
+
+def test_help_imports_nothing_heavy():
+    code = f"""
+import sys
+from rotorpong.cli import _run
+try:
+    _run(["evaluate", "--help"])
+finally:
+    sys.stderr.write(" ".join(name for name in {HEAVY} if name in sys.modules))
+"""
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (result.returncode, result.stderr) == (0, "")
+    assert "usage" in result.stdout
+
+
+def test_a_reader_that_leaves_early_gets_no_traceback():
+    reading, writing = os.pipe()
+    os.close(reading)
+    line = ["evaluate", "--player", "hover", "--balls", "1", "--json"]
+    process = shell(*line, stdout=writing)
+    os.close(writing)
+    _, err = process.communicate(timeout=120)
+    assert process.returncode != 0
+    assert "Traceback" not in err
+    assert "Exception ignored" not in err
+    assert err.count("\n") <= 1
+
+
+@pytest.mark.parametrize("kept", [(), ("--workers", "2")])
+def test_ctrl_c_is_status_130_and_one_line(kept):
+    line = ["evaluate", "--player", "hover", "--balls", "100000", "--json"]
+    process = shell(*line, *kept, start_new_session=True)
+    time.sleep(4.0)  # any moment after the first imports will do
+    os.killpg(process.pid, signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert (process.returncode, out, err) == (130, "", "rotorpong: interrupted\n")
