@@ -1,4 +1,4 @@
-"""The demo from end to end, small: two demonstrations, one own hit, a dozen balls."""
+"""The demo from end to end, small: two demonstrations, one own hit, six balls."""
 
 import json
 import math
@@ -9,13 +9,13 @@ from rotorpong.conventions import InputError
 from rotorpong.drone import OUTCOMES
 from rotorpong.experience.shipped import read_demonstrations
 from rotorpong.lab.demo import DemoSize, demo_table, run_demo
-from rotorpong.lab.demo_files import FILES, REPORT
+from rotorpong.lab.demo_files import FILES, REPORT, finished_together
 from rotorpong.lab.evaluate import evaluate
 from rotorpong.lab.spec import Spec
 from rotorpong.lab.statistics import wilson_interval
 from rotorpong.lab.train import knowledge_of
 
-SMALL = DemoSize(demonstrations=2, hits=1, balls=12)
+SMALL = DemoSize(demonstrations=2, hits=1, balls=6)
 
 
 @pytest.fixture(scope="module")
@@ -99,7 +99,7 @@ def test_the_table_shows_the_three_players_with_their_hits(demo):
     assert list(table.columns[2].cells) == [str(p["hits"]) for p in result.found["players"]]
 
 
-def test_again_into_the_same_folder_with_workers_gives_the_same_and_keeps_what_is_not_its_own(demo):
+def test_again_into_the_same_folder_all_at_once_gives_the_same_and_keeps_what_is_not_its_own(demo):
     result, _ = demo
     (result.out / "notes.txt").write_text("mine")
     again = run_demo(result.out, workers=2, size=SMALL)
@@ -109,7 +109,7 @@ def test_again_into_the_same_folder_with_workers_gives_the_same_and_keeps_what_i
     (result.out / "notes.txt").unlink()
 
 
-@pytest.mark.parametrize("stage", ["demonstrations", "own hits", "report"])
+@pytest.mark.parametrize("stage", ["demonstrations", "own hits"])
 def test_an_interrupted_demo_leaves_what_was_there(demo, stage):
     result, _ = demo
     before = contents(result.out)
@@ -119,8 +119,35 @@ def test_an_interrupted_demo_leaves_what_was_there(demo, stage):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        run_demo(result.out, workers=1, progress=interrupt, size=SMALL)
+        run_demo(result.out, workers=1, progress=interrupt, size=DemoSize(2, 1, 1))
     assert contents(result.out) == before
+
+
+def test_files_are_put_in_place_together_or_not_at_all(tmp_path):
+    def write(folder):
+        for name in FILES:
+            (folder / name).write_text(name)
+
+    def fail():
+        with finished_together(tmp_path) as draft:
+            write(draft)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fail()
+    assert visible(tmp_path) == []
+    with finished_together(tmp_path) as draft:
+        write(draft)
+        assert [path for path in tmp_path.iterdir() if path.is_file()] == []
+    assert contents(tmp_path) == {name: name.encode() for name in FILES}
+
+
+def test_the_log_of_an_older_experience_is_not_folded_into_the_new_one(tmp_path):
+    (tmp_path / "experience.sqlite-wal").write_text("old")
+    with finished_together(tmp_path) as draft:
+        for name in FILES:
+            (draft / name).touch()
+    assert visible(tmp_path) == sorted(FILES)
 
 
 def test_a_file_in_place_of_the_folder_is_refused(tmp_path):

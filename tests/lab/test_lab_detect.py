@@ -115,10 +115,9 @@ def video(path, code):
     return path
 
 
-@pytest.mark.parametrize("name", ["truncated.png", "truncated.mp4", "zero.png", "text.png"])
+@pytest.mark.parametrize("name", ["truncated.png", "zero.png", "text.png"])
 def test_damaged_files_are_one_clear_error_and_no_chatter(tmp_path, picture, name, capfd):
-    video(tmp_path / "whole.mp4", "mp4v")
-    whole = {"png": picture, "mp4": tmp_path / "whole.mp4"}[name[-3:]].read_bytes()
+    whole = picture.read_bytes()
     contents = {"truncated": whole[: len(whole) // 2], "zero": b"", "text": b"hello"}
     damaged = tmp_path / name
     damaged.write_bytes(contents[name[:-4]])

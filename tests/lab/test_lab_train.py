@@ -151,9 +151,7 @@ def test_a_file_in_the_way_is_not_touched(trained):
     ("other", "field"),
     [
         (Spec(eyes="truth", seed=5), "seed is 4, given 5"),
-        (Spec(eyes="paper", seed=4), 'eyes is "truth", given "paper"'),
-        (Spec(eyes="truth", seed=4, serves="constant"), 'serves is "human", given "constant"'),
-        (Spec(eyes="truth", seed=4, racket="rubber"), 'racket is "cardboard", given "rubber"'),
+        (Spec("paper", "truth", seed=4, racket="rubber"), 'is "cardboard", given "rubber"'),
     ],
 )
 def test_another_run_cannot_be_resumed_and_is_told_why(trained, other, field):

@@ -1,3 +1,5 @@
+"""Distances are written afresh here, in numpy and without the kernels, as oracles."""
+
 import math
 
 import numpy as np
@@ -60,9 +62,6 @@ def back_to(contact_time, path, tick=TICK):
     return path[after, 3:6] + np.array([0.0, 0.0, GRAVITY * flown])
 
 
-# Distances written afresh, from the centre of the ball, in numpy and without the kernels.
-
-
 def to_box(points, centre, half):
     away = np.abs(points - centre) - half
     outside = np.linalg.norm(np.maximum(away, 0.0), axis=-1)
@@ -103,9 +102,6 @@ def to_blade(points):
 def in_body(points, poses):
     turn = Rotation.from_quat(poses[:, 3:], scalar_first=True)
     return turn.apply(points - poses[:, :3], inverse=True)
-
-
-# Drops, bounces and the law of the moving blade.
 
 
 @given(st.floats(0.05, 1.5), st.sampled_from([0.0005, 0.001, 0.0037, 0.01]))
@@ -228,9 +224,6 @@ def test_land_ends_with_the_floor():
     assert [c.solid for c in contacts].count("floor") == 1
 
 
-# Normals and nearest points.
-
-
 @given(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3))
 @cheaply
 def test_the_nearest_point_of_the_ellipse_is_that_of_a_search_over_its_rim(y, z):
@@ -326,9 +319,6 @@ def test_normals_at_the_blade_rim_and_hull_edge_point_from_the_nearest_point():
     assert min(seen.values()) > 100
 
 
-# No tunnelling.
-
-
 def directions(rng, n):
     lines = rng.normal(size=(n, 3))
     return lines / np.linalg.norm(lines, axis=1, keepdims=True)
@@ -418,9 +408,6 @@ def test_a_fast_ball_never_enters_a_solid_nor_passes_one_without_a_contact():
         inside = gaps(*between(rows[head], rows[head + 1]))
         assert inside.min() > -2e-4  # a graze between two looks is shallower
     assert touched.min() > 500
-
-
-# Crossings, lateness, misses, faults.
 
 
 def test_coarse_and_fine_ticks_agree_on_the_crossing():

@@ -42,7 +42,7 @@ class Surface(NamedTuple):
     friction: float
 
 
-TABLE_SURFACE = Surface(0.88, 0.25)  # ITTF drop test gives 0.87-0.92; friction: real matches
+TABLE_SURFACE = Surface(0.88, 0.25)  # ITTF's drop gives 0.87-0.92 without drag; mu: real matches
 CARDBOARD = Surface(0.1, 0.3)  # the paper's racket stops the ball
 RUBBER = Surface(0.8, 0.6)
 

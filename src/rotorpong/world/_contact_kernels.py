@@ -26,8 +26,10 @@ from rotorpong.world.court import (
 
 TABLE, NET, FLOOR, BLADE, HULL = range(5)
 SOLIDS = 5
+CONTACT_COLUMNS = 14
 REACH = 0.8  # m from the centre of mass: nothing of the drone is further out, ball included
 DRONE_SPEED = 5.0  # m/s that no point of the drone exceeds
+SLOWEST_CONTACT = 1e-3  # m/s towards the solid
 PROBES = 8  # looks into a step that may hide a graze
 ROOT_STEPS = 60
 ROOT_TOLERANCE = 1e-12  # m
@@ -46,6 +48,7 @@ class Work(NamedTuple):
     body: np.ndarray
     normal: np.ndarray
     velocity: np.ndarray
+    row: np.ndarray
 
 
 @kernel
@@ -54,7 +57,15 @@ def make_work():
     return Work(
         np.zeros(9), np.zeros(9), np.zeros(9), np.zeros(9),
         np.zeros((3, 3)), np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3),
+        np.zeros(CONTACT_COLUMNS),
     )  # fmt: skip
+
+
+@kernel
+def copy_state(state, out):
+    """Copy nine floats (an array assignment would compile for seconds)."""
+    for k in range(9):
+        out[k] = state[k]
 
 
 @kernel
@@ -87,10 +98,12 @@ def pose_between(track, i, fraction, rotation, position):
     a, b = track[i], track[min(i + 1, track.shape[0] - 1)]
     for k in range(3):
         position[k] = a[k] + fraction * (b[k] - a[k])
-    w = a[3] + fraction * (b[3] - a[3])
-    x = a[4] + fraction * (b[4] - a[4])
-    y = a[5] + fraction * (b[5] - a[5])
-    z = a[6] + fraction * (b[6] - a[6])
+    dot = a[3] * b[3] + a[4] * b[4] + a[5] * b[5] + a[6] * b[6]
+    to = math.copysign(fraction, dot)  # q and -q are the same attitude
+    w = (1.0 - fraction) * a[3] + to * b[3]
+    x = (1.0 - fraction) * a[4] + to * b[4]
+    y = (1.0 - fraction) * a[5] + to * b[5]
+    z = (1.0 - fraction) * a[6] + to * b[6]
     n = 2.0 / (w * w + x * x + y * y + z * z)
     rotation[0, 0] = 1.0 - n * (y * y + z * z)
     rotation[0, 1] = n * (x * y - w * z)
@@ -218,7 +231,7 @@ def surface_normal(solid, state, track, i, fraction, scene, work):
     """Write the outward normal of a solid at a touching ball, by central differences of the gap."""
     h = 1e-6
     for k in range(3):
-        work.other[:] = state
+        copy_state(state, work.other)
         work.other[k] = state[k] + h
         up = gap(solid, work.other, track, i, fraction, scene, work)
         work.other[k] = state[k] - h
@@ -232,7 +245,8 @@ def surface_normal(solid, state, track, i, fraction, scene, work):
 @kernel
 def surface_velocity(solid, state, track, i, tick, work):
     """Write the velocity of the drone's point that the ball touches; zero for the court."""
-    work.velocity[:] = 0.0
+    for k in range(3):
+        work.velocity[k] = 0.0
     if solid < BLADE or i + 1 >= track.shape[0]:
         return
     x = state[0] - BALL_RADIUS * work.normal[0]
@@ -285,27 +299,30 @@ def nearest_contact(start, end, dt, track, i, base, scale, scene, work):
 
 
 @kernel
-def touch(solid, state, track, i, fraction, time, scene, work, contacts, count):
-    """Bounce the ball off a solid and note the contact."""
+def touch(solid, state, track, i, fraction, time, scene, work, row):
+    """Bounce the ball off a solid and write the contact; return whether it is worth noting.
+
+    A ball that rolls touches again and again at no speed: that is not noted.
+    """
     surface_normal(solid, state, track, i, fraction, scene, work)
-    if count < contacts.shape[0]:
-        row = contacts[count]
-        row[0], row[1] = time, solid
-        row[2:8] = state[:6]
-        row[8:11] = work.normal
-        row[11], row[12], row[13] = 0.0, 0.0, 0.0
-        if solid >= BLADE:
-            pose_between(track, i, fraction, work.rotation, work.position)
-            body_point(state[0], state[1], state[2], work.rotation, work.position, work.body)
-            y, z = work.body[1] - scene.racket.y, work.body[2] - scene.racket.z
-            y, z, _ = ellipse_gap(y, z, scene.racket.half_width, scene.racket.half_height)
-            row[12], row[13] = y / scene.racket.half_width, z / scene.racket.half_height
-            n, r = work.normal, work.rotation
-            row[11] = n[0] * r[0, 0] + n[1] * r[1, 0] + n[2] * r[2, 0]
     surface_velocity(solid, state, track, i, scene.tick, work)
+    approach_speed = 0.0
+    row[0], row[1], row[11], row[12], row[13] = time, solid, 0.0, 0.0, 0.0
+    for k in range(3):
+        row[2 + k], row[5 + k], row[8 + k] = state[k], state[3 + k], work.normal[k]
+        approach_speed -= (state[3 + k] - work.velocity[k]) * work.normal[k]
+    if solid >= BLADE:
+        pose_between(track, i, fraction, work.rotation, work.position)
+        body_point(state[0], state[1], state[2], work.rotation, work.position, work.body)
+        y, z = work.body[1] - scene.racket.y, work.body[2] - scene.racket.z
+        y, z, _ = ellipse_gap(y, z, scene.racket.half_width, scene.racket.half_height)
+        row[12], row[13] = y / scene.racket.half_width, z / scene.racket.half_height
+        for k in range(3):
+            row[11] += work.normal[k] * work.rotation[k, 0]
     bounce(state, work.normal, work.velocity, surface_of(solid, scene))
     for k in range(3):
         state[k] += 1e-9 * work.normal[k]
+    return approach_speed >= SLOWEST_CONTACT
 
 
 @kernel
@@ -331,7 +348,7 @@ def advance(state, start_time, ticks, track, scene, work, contacts, path):
         done = 0.0
         for _ in range(MOST_CONTACTS_PER_STEP):
             rest = 1.0 - done
-            work.start[:] = state
+            copy_state(state, work.start)
             step(work.start, rest * tick, scene.air, state)
             travel = longest_way(work.start, state, rest * tick)
             if court_is_far(work.start, travel) and drone_is_far(work.start, track, i):
@@ -344,9 +361,10 @@ def advance(state, start_time, ticks, track, scene, work, contacts, path):
             step(work.start, f * rest * tick, scene.air, state)
             done += f * rest
             time = start_time + (i + done) * tick
-            touch(solid, state, track, i, done, time, scene, work, contacts, count)
-            count += 1
-        path[i] = state
+            row = contacts[count] if count < contacts.shape[0] else work.row
+            if touch(solid, state, track, i, done, time, scene, work, row):
+                count += 1
+        copy_state(state, path[i])
     return count
 
 
@@ -360,7 +378,7 @@ def approach(state, plane_x, longest, scene, work, contacts, crossing):
     track, path = np.empty((0, 7)), np.empty((1, 9))
     count, time = 0, 0.0
     while time < longest:
-        work.before[:] = state
+        copy_state(state, work.before)
         new = advance(state, time, 1, track, scene, work, contacts[count:], path)
         if state[0] <= plane_x:
             if new > 0:

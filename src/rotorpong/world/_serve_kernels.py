@@ -6,7 +6,7 @@ import numpy as np
 
 from rotorpong.conventions import BALL_RADIUS, GRAVITY
 from rotorpong.kernels import kernel
-from rotorpong.world._contact_kernels import TABLE, approach, make_work
+from rotorpong.world._contact_kernels import TABLE, approach, copy_state, make_work
 
 LOWEST, HIGHEST, STEP = -4.0, 4.0, 0.1  # m/s of vertical launch speed
 NEWTON_STEPS = 12
@@ -22,7 +22,7 @@ def try_launch(state, vy, vz, plane_x, solids, work, contacts, crossing):
 
     -1: the throw reached the plane without a bounce, and so will any higher one.
     """
-    work.other[:] = state
+    copy_state(state, work.other)
     work.other[4], work.other[5] = vy, vz
     time, count = approach(work.other, plane_x, LONGEST, solids, work, contacts, crossing)
     if time >= 0.0 and count == 0:

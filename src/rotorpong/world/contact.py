@@ -110,9 +110,10 @@ def approach(
     The flight is given up after `longest` seconds, or at its eighth contact.
 
     Returns:
-        Time of the crossing (None: it never came), the state there, and the contacts before.
+        Time of the crossing (None: it never came), the state there (nan if not), and the contacts
+        before.
     """
-    crossing, rows = np.empty(9), np.empty((MOST_BOUNCES, 14))
+    crossing, rows = np.full(9, np.nan), np.empty((MOST_BOUNCES, 14))
     time, count = kernels.approach(
         state.copy(), plane_x, longest, _coarse(solids), kernels.make_work(), rows, crossing
     )

@@ -35,4 +35,9 @@ HULL = Hull()
 HOME_BLADE = (-1.67, 0.0, 0.35)
 """Where the blade's centre hovers between serves, in the world frame."""
 
-HOME_BODY = (HOME_BLADE[0] - 0.23, 0.0, HOME_BLADE[2] - 0.16)
+_RACKET = Racket()
+HOME_BODY = (
+    HOME_BLADE[0] - _RACKET.x,
+    HOME_BLADE[1] - _RACKET.y,
+    HOME_BLADE[2] - _RACKET.z,
+)

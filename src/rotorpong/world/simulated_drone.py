@@ -3,7 +3,7 @@
 The world ticks at 1 kHz. `observe` lets it run to the arrival of the next frame; a command acts
 from the instant at which it is given. Ball and vehicle are flown one after the other: the vehicle
 under its command, then the ball among court and vehicle. The serve is over when the ball is hit or
-touches the hull, lies on the floor or is 0.5 m behind the drone, when the drone touches something,
+touches the hull, lies on the floor or is well behind the drone, when the drone touches something,
 or after 3 s. What a player gets is an Observation; `truth` is for the laboratory.
 """
 
@@ -47,7 +47,8 @@ from rotorpong.world.serves import Serve
 CARDBOARD_RACKET = Racket()
 PLAIN_SCENE = Scene()
 LONGEST_SERVE = 3000  # ticks
-PASSED = 0.5  # m behind the centre of mass: the ball is gone
+PASSED = 0.5  # m behind the centre of mass: the ball is gone,
+PASSED_TIME = 0.15  # s at its speed: if it is gone so far that a late blade would show
 FULL_FACE = math.cos(math.radians(45.0))
 NEAR_DISTANCE = 0.05  # m
 NEAR_TIME = 0.1  # s
@@ -224,7 +225,8 @@ class SimulatedDrone:
         if drone_touches_court(poses, self._solids.hull):
             return "fault", None
         fallen = any(contact.solid == "floor" for contact in contacts)
-        passed = len(path) > 0 and path[-1, 0] < track.position[-1, 0] - PASSED
+        behind = max(PASSED, -PASSED_TIME * path[-1, 3]) if len(path) else math.inf
+        passed = len(path) > 0 and path[-1, 0] < track.position[-1, 0] - behind
         if fallen or passed or self._log.ticks >= LONGEST_SERVE:
             return "miss", None
         return None
@@ -245,7 +247,8 @@ class SimulatedDrone:
 
     def _landing(self, contact: Contact) -> float | None:
         after = self._log.ball[min(math.ceil(contact.time / TICK), self._log.ticks)]
-        first = next(iter(land(after, self._solids)), None)
+        touched = (contact for contact in land(after, self._solids) if contact.solid != "net")
+        first = next(touched, None)
         if first is None or first.solid != "table" or first.position[0] <= 0.0:
             return None
         return float(first.position[0])

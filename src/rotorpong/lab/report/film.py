@@ -118,7 +118,7 @@ def circle_in_picture(camera: Camera, position: ndarray) -> tuple[ndarray, float
     return project(camera, position), camera.focal_length_px[0] * BALL_DIAMETER / distance / 2
 
 
-def _loupe(picture: Picture, center: ndarray, radius: float) -> Picture:
+def _loupe(picture: Picture, center: ndarray, radius: float) -> ndarray:
     """Return the surroundings of the ball enlarged, less so when it is near, with its circle."""
     zoom = min(float(ZOOM), 0.38 * LOUPE_PX / radius)
     middle = (LOUPE_PX - 1) / 2
@@ -126,7 +126,7 @@ def _loupe(picture: Picture, center: ndarray, radius: float) -> Picture:
     size = (LOUPE_PX, LOUPE_PX)
     loupe = cv2.warpAffine(picture, shift, size, flags=cv2.INTER_CUBIC, borderValue=(40, 40, 40))
     _circle(loupe, np.array([middle, middle]), radius * zoom, 2)
-    return np.asarray(loupe, dtype=np.uint8)
+    return loupe
 
 
 def _circle(picture: ndarray, center: ndarray, radius: float, thickness: int) -> None:
