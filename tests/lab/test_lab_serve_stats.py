@@ -13,8 +13,8 @@ from rotorpong.lab.statistics import wilson_interval
 @pytest.fixture(scope="module")
 def human():
     told = []
-    found = serve_stats(Spec("hover"), 30, lambda *done: told.append(done))
-    assert told[-1] == (30, 30)
+    found = serve_stats(Spec("hover"), 16, lambda *done: told.append(done))
+    assert told[-1] == (16, 16)
     return found
 
 
@@ -37,14 +37,14 @@ def test_a_human_serve_flies_about_a_second_most_of_it_in_view(human):
 
 
 def test_hover_hits_what_evaluate_says_it_hits(human):
-    hits = sum(result.outcome == "hit" for result in evaluate(Spec("hover"), 30))
-    assert human["hover_hit_rate"] == hits / 30
-    assert human["hover_hit_rate_interval"] == wilson_interval(hits, 30)
+    hits = sum(result.outcome == "hit" for result in evaluate(Spec("hover"), 16))
+    assert human["hover_hit_rate"] == hits / 16
+    assert human["hover_hit_rate_interval"] == wilson_interval(hits, 16)
     assert human["share_reachable"] is None
 
 
 def test_constant_serves_vary_less_than_human_ones(human):
-    constant = serve_stats(Spec("hover", serves="constant"), 12)
+    constant = serve_stats(Spec("hover", serves="constant"), 8)
     assert constant["serves"] == "constant"
 
     def spread(found):
@@ -54,7 +54,7 @@ def test_constant_serves_vary_less_than_human_ones(human):
 
 
 def test_a_narrower_camera_sees_less(human):
-    narrow = serve_stats(Spec("hover", camera="ardrone2_720p"), 30)
+    narrow = serve_stats(Spec("hover", camera="ardrone2_720p"), 16)
     assert narrow["camera"] == "ardrone2_720p"
     assert narrow["share_in_picture"] < human["share_in_picture"]
     assert narrow["flight_time_s"] == human["flight_time_s"]

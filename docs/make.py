@@ -1,0 +1,107 @@
+"""Make what README and docs show: `python docs/make.py`.
+
+Renders `images/onboard.png`, then runs the commands below and writes them with what they print to
+`commands.md`. Run it again when a command or its output changes.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import cv2
+
+from rotorpong.drone import HOVER
+from rotorpong.lab.seeds import trial_generators
+from rotorpong.lab.serving import serve_source
+from rotorpong.lab.spec import Spec
+from rotorpong.world.simulated_drone import SimulatedDrone
+
+DOCS = Path(__file__).resolve().parent
+TRIAL, FRAME = 3, 16  # a serve with the ball well in view, and when
+WIDTH = "100"  # columns of the terminal
+
+HEAD = """# Commands, and what they print
+
+Every command takes `--seed` and `--json`: stdout then holds one JSON object on one line, and
+nothing else. Bad input ends with exit status 2 and one line. This page is made by
+`python docs/make.py`.
+"""
+
+EXAMPLES = (
+    ("Is this machine fit?", "rotorpong doctor"),
+    (
+        "Train the paper's player on its own hits; every trial is kept before the next begins, so "
+        "a killed run goes on with `--resume`.",
+        "rotorpong train --player paper --eyes truth --hits 5 --out own.sqlite",
+    ),
+    (
+        "Measure it, on serves that it never saw.",
+        "rotorpong evaluate --player paper --eyes truth --balls 50 --experience own.sqlite",
+    ),
+    (
+        "The same for a drone that only hovers; as JSON, cut after the first trial here.",
+        "rotorpong evaluate --player hover --balls 50 --json",
+    ),
+    (
+        "Find the ball in a picture and locate it with that camera's calibration.",
+        "rotorpong detect onboard.png --camera ardrone2_720p --min-score 0.5",
+    ),
+    ("Describe the serves as a camera sees them.", "rotorpong serves stats --balls 100"),
+    (
+        "Turn a measured flight (here a synthetic one: columns `time_s,x_m,y_m,z_m`) into a serve.",
+        "rotorpong serves from-flight flight.csv --out serve.csv",
+    ),
+    ("Throw it.", "rotorpong evaluate --player hover --serves serve.csv --balls 5"),
+    ("A mistake.", "rotorpong evaluate --player nobody"),
+)
+
+
+def main() -> None:
+    """Make the picture and the page."""
+    draw_onboard(DOCS / "images" / "onboard.png")
+    with tempfile.TemporaryDirectory() as folder:
+        for name, source in (("onboard.png", "images"), ("flight.csv", "../examples")):
+            (Path(folder) / name).symlink_to((DOCS / source / name).resolve())
+        parts = [f"{why}\n\n{shown(command, folder)}\n" for why, command in EXAMPLES]
+    (DOCS / "commands.md").write_text("\n".join([HEAD, *parts]))
+
+
+def shown(command: str, folder: str) -> str:
+    """Return a command with what it prints, as a block of text."""
+    program, *arguments = command.split()
+    done = subprocess.run(
+        [str(Path(sys.executable).with_name(program)), *arguments],
+        cwd=folder,
+        env={**os.environ, "COLUMNS": WIDTH},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    lines = [line.rstrip() for line in (done.stdout + done.stderr).splitlines()]
+    if "--json" in arguments:
+        cut = lines[0].index("}")
+        lines = [lines[0][: cut + 1] + ", ...]}"]
+    lines = [line.replace(str(Path.home()), "~") for line in lines]
+    return "\n".join(["```console", f"$ {command}", *lines, "```"])
+
+
+def draw_onboard(path: Path) -> None:
+    """Render what the drone sees of one serve through the camera of the AR.Drone 2.0."""
+    spec = Spec(camera="ardrone2_720p", seed=1)
+    generators = trial_generators(spec.seed, "evaluate", TRIAL)
+    serve = serve_source(spec.serves, spec.seed)(TRIAL, generators.serve)
+    drone = SimulatedDrone(
+        serve, spec.setting(), vehicle_rng=generators.vehicle, sensor_rng=generators.sensors
+    )
+    for _ in range(FRAME):
+        observation = drone.observe()
+        drone.command(HOVER)
+    if observation is None:
+        raise SystemExit("the serve was over too early: choose another trial or frame")
+    cv2.imwrite(str(path), observation.frame.picture, [cv2.IMWRITE_PNG_COMPRESSION, 9])
+
+
+if __name__ == "__main__":
+    main()
