@@ -9,6 +9,7 @@ import contextlib
 import io
 import json
 import logging
+import os
 import re
 import signal
 import sys
@@ -318,6 +319,8 @@ def _run(arguments: list[str]) -> int:
             result = command.run()
         if command.json:
             print(json.dumps(result, allow_nan=False), flush=True)  # noqa: T201
+    except BrokenPipeError:  # whoever read stdout had enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except (RotorpongError, OSError) as error:
         _warn(" ".join(str(error).split()))
         return BAD_INPUT

@@ -126,7 +126,8 @@ class Reader(HTMLParser):
         self.elements.append((name, dict(attributes), tuple(self.open)))
 
     def handle_endtag(self, name):
-        assert self.open.pop() == name
+        if self.open.pop() != name:
+            raise ValueError(f"</{name}> closes another element")
 
     def handle_data(self, data):
         self.text += data if "style" not in self.open else ""

@@ -59,7 +59,8 @@ class _Witness:
 def play_trial(stage: Stage, index: int, player: Player) -> Played:
     """Play serve `index` of a stage.
 
-    A player that raises an error has played a `fault`; what it raised goes to stderr.
+    A player that raises an error before the serve is over has played a `fault`: the serve ends
+    there, whatever the ball does after. What it raised goes to stderr.
     """
     generators = trial_generators(stage.spec.seed, stage.purpose, index)
     serve = stage.serves(index, generators.serve)
@@ -81,17 +82,14 @@ def _fails(
         player.play(drone, eyes, rng)
     except (Exception, SystemExit) as error:  # noqa: BLE001 - a user's player may raise anything
         print(f"rotorpong: trial {index}: {type(error).__name__}: {error}", file=sys.stderr)  # noqa: T201
-        return True
+        return not drone.is_over
     return False
 
 
 def _amended(truth: Truth, *, failed: bool, witness: _Witness) -> Truth:
     """Return the truth with the outcomes that only the player's side can tell."""
-    outcome = truth.verdict.outcome
     if failed:
-        outcome = "fault"
-    elif outcome == "miss" and witness.asked and not witness.answered:
-        outcome = "unseen"
-    if outcome == truth.verdict.outcome:
-        return truth
-    return replace(truth, verdict=Verdict(outcome))
+        return replace(truth, verdict=Verdict("fault"), landing_x=None)
+    if truth.verdict.outcome == "miss" and witness.asked and not witness.answered:
+        return replace(truth, verdict=Verdict("unseen"))
+    return truth

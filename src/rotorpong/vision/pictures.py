@@ -2,7 +2,7 @@
 
 A folder gives its pictures and videos by name; other files and subfolders are passed over, a
 damaged one is dropped, both counted in the log. A file named by itself must be readable. A video
-that breaks off gives its frames up to there, and the log says how many its header promised.
+that breaks off gives its frames up to there and is then an error.
 """
 
 import logging
@@ -26,6 +26,9 @@ VIDEO_SUFFIXES = {".mp4", ".avi", ".mov", ".mkv", ".m4v", ".webm", ".mpg", ".mpe
 CENTER_SD_PX = 0.15  # real footage, compressed
 DIAMETER_SD_PX = 0.4  # the threshold's bias depends on exposure and encoding
 MARK = (255, 0, 255)  # blue, green, red: magenta, which no ball has
+
+FRAMES_MISCOUNTED = 2  # some containers only estimate how many frames they hold
+SHARE_MISCOUNTED = 0.02
 
 log = logging.getLogger(__name__)
 
@@ -211,8 +214,8 @@ def _read_video(path: Path) -> Iterator[tuple[Path, int, Picture]]:
         capture.release()
     if not frames:
         raise InputError(f"{path}: not a video that OpenCV can decode, or damaged")
-    if frames < promised:
-        log.warning("%s: broke off after %d of %d frames", path, frames, promised)
+    if promised - frames > max(FRAMES_MISCOUNTED, SHARE_MISCOUNTED * promised):
+        raise InputError(f"{path}: breaks off after {frames} of {promised} frames: damaged")
 
 
 def _check_size(picture: Picture, camera: Camera, path: Path) -> None:

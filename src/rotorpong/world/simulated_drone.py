@@ -154,6 +154,11 @@ class SimulatedDrone:
         """The onboard camera."""
         return self._setting.camera
 
+    @property
+    def is_over(self) -> bool:
+        """Whether the serve is over."""
+        return self._end is not None
+
     def ball_in_camera(self, time: float) -> tuple[Float[ndarray, "3"], Float[ndarray, "3"]]:
         """Return the true position (m) and velocity (m/s) of the ball in the camera frame."""
         tick = round(time / TICK)
