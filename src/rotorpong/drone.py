@@ -89,7 +89,10 @@ class BallEstimate:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What became of a serve, as a contact sensor or the thrower can tell."""
+    """What became of a serve, as a contact sensor or the thrower can tell.
+
+    The time of contact is part of it because the duration of a hitting point is learnt from it.
+    """
 
     outcome: Outcome
     contact_offset: float | None = None  # sqrt((y/a)^2 + (z/b)^2) on the blade; None: not known
