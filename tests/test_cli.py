@@ -325,17 +325,14 @@ finally:
     assert "usage" in result.stdout
 
 
-def test_a_reader_that_leaves_early_gets_no_traceback():
+def test_a_reader_may_leave_early():
     reading, writing = os.pipe()
     os.close(reading)
     line = ["evaluate", "--player", "hover", "--balls", "1", "--json"]
     process = shell(*line, stdout=writing)
     os.close(writing)
     _, err = process.communicate(timeout=120)
-    assert process.returncode != 0
-    assert "Traceback" not in err
-    assert "Exception ignored" not in err
-    assert err.count("\n") <= 1
+    assert (process.returncode, err) == (0, "")
 
 
 @pytest.mark.parametrize("kept", [(), ("--workers", "2")])
