@@ -57,7 +57,7 @@ class DemoSize:
 
     demonstrations: int = 10
     hits: int = 60
-    balls: int = 200  # of each evaluation
+    balls: int = 120  # of each evaluation
 
 
 WHOLE = DemoSize()
