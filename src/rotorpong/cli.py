@@ -1,7 +1,8 @@
 """The command line: arguments -> calls.
 
 Every command takes `--json` (stdout then carries one JSON object on one line and nothing else) and
-`--seed`. Exit status: 0 success, 2 bad input with one line on stderr, 130 Ctrl-C. Progress goes to
+`--seed`. Exit status: 0 success, 2 bad input with one line on stderr, 130 Ctrl-C, 1
+a doctor that found a problem. Progress goes to
 stderr. What is heavy is imported by the command that needs it, so that `--help` is quick.
 """
 
@@ -23,6 +24,7 @@ from tyro.conf import FlagCreatePairsOff, Positional, subcommand
 
 BAD_INPUT = 2
 INTERRUPTED = 130
+UNFIT = 1  # doctor found a problem
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,7 +160,7 @@ class Evaluate(Match):
         for what in ("eyes", "camera", "vehicle", "serves"):
             then, now = getattr(run, what), getattr(self, what)
             if then != now:
-                _warn(f"{self.experience} was recorded with {what} {then}, not {now}")
+                _say(f"{self.experience} was recorded with {what} {then}, not {now}")
         return knowledge
 
 
@@ -264,6 +266,11 @@ class Serves:
         """Whether JSON is asked for."""
         return self.command.json
 
+    @property
+    def seed(self) -> int:
+        """The seed of what was chosen."""
+        return self.command.seed
+
     def run(self) -> dict[str, Any]:
         """Run what was chosen."""
         return self.command.run()
@@ -311,18 +318,20 @@ def main() -> NoReturn:
 
 
 def _run(arguments: list[str]) -> int:
-    from rotorpong.conventions import RotorpongError
+    from rotorpong.conventions import RotorpongError, require_seed
 
     command = _parsed(arguments)
     try:
+        require_seed(command.seed)
         with contextlib.redirect_stdout(sys.stderr) if command.json else contextlib.nullcontext():
             result = command.run()
         if command.json:
             print(json.dumps(result, allow_nan=False), flush=True)  # noqa: T201
+        return 0 if result.get("ok", True) else UNFIT
     except BrokenPipeError:  # whoever read stdout had enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except (RotorpongError, OSError) as error:
-        _warn(" ".join(str(error).split()))
+        _say(" ".join(str(error).split()))
         return BAD_INPUT
     return 0
 
@@ -340,7 +349,7 @@ def _parsed(arguments: list[str]) -> Any:
             )
     except SystemExit as exit_:
         if exit_.code not in (0, None):
-            _warn(_one_line(box.getvalue()))
+            _say(_one_line(box.getvalue()))
             sys.exit(BAD_INPUT)
         raise
 
@@ -404,8 +413,4 @@ def _show(table: Any) -> None:
 
 
 def _say(line: str) -> None:
-    print(f"rotorpong: {line}", file=sys.stderr)  # noqa: T201
-
-
-def _warn(line: str) -> None:
     print(f"rotorpong: {line}", file=sys.stderr)  # noqa: T201

@@ -16,6 +16,7 @@ Quaternion = Float[ndarray, "*batch 4"]  # (w, x, y, z), unit norm
 Picture = UInt8[ndarray, "height width 3"]  # blue, green, red, as OpenCV keeps them
 
 GRAVITY = 9.81  # m/s^2
+LARGEST_SEED = 2**63 - 1
 BALL_RADIUS = 0.020  # m, ITTF
 BALL_DIAMETER = 2 * BALL_RADIUS  # the paper's h_world
 
@@ -38,3 +39,9 @@ class StoreError(RotorpongError):
 
 class UnsolvableServeError(RotorpongError):
     """No launch within the rules meets the target."""
+
+
+def require_seed(seed: int) -> None:
+    """Raise InputError unless a generator can start from `seed`."""
+    if not 0 <= seed <= LARGEST_SEED:
+        raise InputError(f"seed {seed}: expected a whole number from 0 to {LARGEST_SEED}")

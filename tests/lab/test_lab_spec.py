@@ -6,16 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rotorpong.conventions import InputError
+from rotorpong.conventions import LARGEST_SEED, InputError
 from rotorpong.drone import Player
 from rotorpong.lab.serving import serve_source
-from rotorpong.lab.spec import (
-    LARGEST_SEED,
-    Spec,
-    camera_named,
-    own_player,
-    require_count,
-)
+from rotorpong.lab.spec import Spec, camera_named, own_player, require_count
 from rotorpong.physics.camera import GAZEBO
 from rotorpong.physics.vehicle import TUM_GAZEBO
 

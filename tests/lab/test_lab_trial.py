@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rotorpong.drone import HOVER, VelocityCommand
+from rotorpong.drone import HOVER, Drone, VelocityCommand
 from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec
 from rotorpong.lab.trial import Stage, play_trial
@@ -117,3 +117,14 @@ def test_no_player_gets_a_command_beyond_the_limits():
     play_trial(stage(), 0, greedy)
     assert set(sent) == {VelocityCommand(2.0, -2.0, 0.5, 0.0)}
     assert HOVER not in sent
+
+
+def test_a_player_gets_nothing_of_the_drone_but_observe_and_command():
+    handed = []
+
+    def act(drone, *_):
+        handed.append({name for name in dir(drone) if not name.startswith("_")})
+        assert isinstance(drone, Drone)
+
+    play_trial(stage(), 1, Playing(act))
+    assert handed[0] == {"observe", "command"}

@@ -20,7 +20,7 @@ from rich.table import Table
 from scipy.stats import binomtest
 
 from rotorpong import __version__
-from rotorpong.conventions import RotorpongError
+from rotorpong.conventions import RotorpongError, require_seed
 from rotorpong.drone import Player
 from rotorpong.experience import Demonstration
 from rotorpong.experience.shipped import write_demonstrations
@@ -37,7 +37,7 @@ from rotorpong.lab.evaluate import Knowledge, Result, evaluate, make_player, sum
 from rotorpong.lab.footage import Take, most_telling, play_again
 from rotorpong.lab.report import FilmFrame, film_strip, report_page
 from rotorpong.lab.serving import serve_source
-from rotorpong.lab.spec import Spec, require_count, require_seed
+from rotorpong.lab.spec import Spec, require_count
 from rotorpong.lab.statistics import rate
 from rotorpong.lab.tables import percent
 from rotorpong.lab.train import knowledge_of, train

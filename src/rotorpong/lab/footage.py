@@ -14,11 +14,9 @@ from numpy import ndarray
 from rotorpong.drone import (
     BallEstimate,
     Drone,
-    Eyes,
     Observation,
     Player,
     VelocityCommand,
-    Verdict,
 )
 from rotorpong.lab.trial import Played, Stage, play_trial
 from rotorpong.physics.camera import in_picture
@@ -61,9 +59,19 @@ def play_again(stage: Stage, index: int, player: Player, *, look: bool = True) -
         player: with what it knew then.
         look: let fresh eyes look at every frame, also those that the player did not look at.
     """
-    filmed = _Filmed(player, stage, look=look)
-    played = play_trial(stage, index, filmed)
-    return Take(played, filmed.sights)
+    watching: list[_Watched] = []
+
+    def watch(drone: SimulatedDrone) -> Drone:
+        watching.append(_Watched(drone))
+        return watching[0]
+
+    played = play_trial(stage, index, player, watch=watch)
+    watched = watching[0]
+    looking = stage.spec.make_eyes(watched.drone) if look else None
+    sights = tuple(
+        Sight(seen, looking.see(seen) if looking else None, ball) for seen, ball in watched.seen
+    )
+    return Take(played, sights)
 
 
 def most_telling(stage: Stage, indices: Iterable[int], player: Player) -> int:
@@ -88,39 +96,19 @@ def _beauty(take: Take, stage: Stage) -> float:
     return central + 0.5 * in_view + 0.5 * min(moved / WELL_MOVED, 1.0)
 
 
-class _Filmed:
-    """A player whose drone is watched."""
-
-    def __init__(self, player: Player, stage: Stage, *, look: bool) -> None:
-        self._player, self._stage, self._look = player, stage, look
-        self.sights: tuple[Sight, ...] = ()
-
-    def play(self, drone: Drone, eyes: Eyes, rng: np.random.Generator) -> None:
-        assert isinstance(drone, SimulatedDrone), "only the simulator can be played again"
-        watched = _Watched(drone)
-        self._player.play(watched, eyes, rng)
-        looking = self._stage.spec.make_eyes(drone) if self._look else None
-        self.sights = tuple(
-            Sight(seen, looking.see(seen) if looking else None, ball) for seen, ball in watched.seen
-        )
-
-    def learn(self, verdict: Verdict) -> None:
-        """Learn nothing: this serve was played before."""
-
-
 class _Watched:
     """A drone that keeps what it handed out."""
 
     def __init__(self, drone: SimulatedDrone) -> None:
-        self._drone = drone
+        self.drone = drone
         self.seen: list[tuple[Observation, Float[ndarray, "3"]]] = []
 
     def observe(self) -> Observation | None:
-        observation = self._drone.observe()
+        observation = self.drone.observe()
         if observation is not None:
-            position, _ = self._drone.ball_in_camera(observation.frame_time)
+            position, _ = self.drone.ball_in_camera(observation.frame_time)
             self.seen.append((observation, position))
         return observation
 
     def command(self, velocity: VelocityCommand) -> VelocityCommand:
-        return self._drone.command(velocity)
+        return self.drone.command(velocity)

@@ -59,13 +59,13 @@ def _view(serve: Serve, camera: Camera) -> dict[str, float]:
     seen, depth = _seen(path[:, :3], camera)
     crossed = depth < PaperSettings().plane_distance
     at_plane = int(np.argmax(crossed)) if crossed.any() else len(path) - 1
-    last = int(np.flatnonzero(seen)[-1]) if seen.any() else 0
+    last = TICK * (np.flatnonzero(seen)[-1] + 1) if seen.any() else np.nan
     return {
         "flight": duration,
-        "after_plane": duration - at_plane * TICK,
+        "after_plane": duration - (at_plane + 1) * TICK,
         "seen": float(seen.mean()),
         "seen_at_plane": float(seen[at_plane]),
-        "blind": duration - last * TICK,
+        "blind": float(duration - last),
     }
 
 

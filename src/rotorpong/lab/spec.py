@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rotorpong.conventions import InputError
+from rotorpong.conventions import InputError, require_seed
 from rotorpong.drone import Eyes, Player
 from rotorpong.lab.serving import SERVE_KINDS, serve_source
 from rotorpong.physics.camera import CAMERAS, Camera
@@ -26,7 +26,6 @@ PLAYERS = ("hover", "paper")
 LEARNERS = ("paper",)
 EYES = ("truth", "paper")
 VEHICLES: dict[str, Vehicle] = {TUM_GAZEBO.name: TUM_GAZEBO}
-LARGEST_SEED = 2**63 - 1
 LARGEST_COUNT = 10_000_000
 
 
@@ -126,12 +125,6 @@ def require_count(what: str, given: int, least: int = 1) -> None:
     """Raise InputError unless `given` is a whole number from `least` to ten million."""
     if not least <= given <= LARGEST_COUNT:
         raise InputError(f"{what} {given}: expected a whole number from {least} to {LARGEST_COUNT}")
-
-
-def require_seed(seed: int) -> None:
-    """Raise InputError unless a generator can start from `seed`."""
-    if not 0 <= seed <= LARGEST_SEED:
-        raise InputError(f"seed {seed}: expected a whole number from 0 to {LARGEST_SEED}")
 
 
 def own_player(name: str) -> Callable[[], Player]:

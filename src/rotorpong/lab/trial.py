@@ -1,11 +1,21 @@
 """One serve played: world, eyes and player brought together, and what came of it."""
 
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rotorpong.drone import BallEstimate, Eyes, Observation, Outcome, Player, Verdict
+from rotorpong.drone import (
+    BallEstimate,
+    Drone,
+    Eyes,
+    Observation,
+    Outcome,
+    Player,
+    VelocityCommand,
+    Verdict,
+)
 from rotorpong.lab.seeds import Purpose, trial_generators
 from rotorpong.lab.serving import ServeSource
 from rotorpong.lab.spec import Spec
@@ -56,8 +66,31 @@ class _Witness:
         return estimate
 
 
-def play_trial(stage: Stage, index: int, player: Player) -> Played:
+class _Controls:
+    """All that a player gets of a drone: to observe and to command."""
+
+    __slots__ = ("_command", "_observe")
+
+    def __init__(self, drone: SimulatedDrone) -> None:
+        self._observe, self._command = drone.observe, drone.command
+
+    def observe(self) -> Observation | None:
+        return self._observe()
+
+    def command(self, velocity: VelocityCommand) -> VelocityCommand:
+        return self._command(velocity)
+
+
+def play_trial(
+    stage: Stage,
+    index: int,
+    player: Player,
+    *,
+    watch: Callable[[SimulatedDrone], Drone] = _Controls,
+) -> Played:
     """Play serve `index` of a stage.
+
+    The player gets what `watch` makes of the drone: by default observe and command, nothing else.
 
     A player that raises an error before the serve is over has played a `fault`: the serve ends
     there, whatever the ball does after. What it raised goes to stderr.
@@ -71,19 +104,21 @@ def play_trial(stage: Stage, index: int, player: Player) -> Played:
         sensor_rng=generators.sensors,
     )
     witness = _Witness(stage.spec.make_eyes(drone))
-    failed = _fails(player, drone, witness, generators.player, index)
+    error = _error_of(player, watch(drone), witness, generators.player)
+    if error is not None:
+        print(f"rotorpong: trial {index}: {type(error).__name__}: {error}", file=sys.stderr)  # noqa: T201
+    failed = error is not None and not drone.is_over
     return Played(index, serve, _amended(drone.truth(), failed=failed, witness=witness))
 
 
-def _fails(
-    player: Player, drone: SimulatedDrone, eyes: Eyes, rng: np.random.Generator, index: int
-) -> bool:
+def _error_of(
+    player: Player, drone: Drone, eyes: Eyes, rng: np.random.Generator
+) -> BaseException | None:
     try:
         player.play(drone, eyes, rng)
     except (Exception, SystemExit) as error:  # noqa: BLE001 - a user's player may raise anything
-        print(f"rotorpong: trial {index}: {type(error).__name__}: {error}", file=sys.stderr)  # noqa: T201
-        return not drone.is_over
-    return False
+        return error
+    return None
 
 
 def _amended(truth: Truth, *, failed: bool, witness: _Witness) -> Truth:
