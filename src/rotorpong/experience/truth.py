@@ -35,7 +35,7 @@ class TruthRow:
     index: int
     miss_distance: float  # m, 0 for a hit
     time_error: float | None  # s, blade minus ball, positive = late
-    landing_x: float | None  # m, where a returned ball first touched the table
+    landing_x: float | None  # m, where a hit ball first touched the table beyond the net
     serve_position: Float[ndarray, "3"]  # m, at release
     serve_velocity: Float[ndarray, "3"]  # m/s
     serve_spin: Float[ndarray, "3"]  # rad/s

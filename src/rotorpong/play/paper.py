@@ -8,8 +8,8 @@
 5. From a hit it learns (s, delta) with cost 1/r and updates the V_k, each as far as it took part.
 
 s is the state in the camera frame; delta is in level axes aligned with the camera and frozen at
-t_i. Both are standardised by mean and deviation of the demonstrations, frozen. What delta is
-learnt from is a choice: `commanded` (where it meant to be, exploration included; the duration as
+t_i. Mean and deviation are those of the demonstrations, frozen: s is standardised by them, delta
+for the V_k too, while CrKR takes it with its mean removed. What delta is learnt from is a choice: `commanded` (where it meant to be, exploration included; the duration as
 measured) or `achieved` (where navdata say it was: the paper's text).
 """
 
