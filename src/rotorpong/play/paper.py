@@ -9,8 +9,9 @@
 
 s is the state in the camera frame; delta is in level axes aligned with the camera and frozen at
 t_i. Mean and deviation are those of the demonstrations, frozen: s is standardised by them, delta
-for the V_k too, while CrKR takes it with its mean removed. What delta is learnt from is a choice: `commanded` (where it meant to be, exploration included; the duration as
-measured) or `achieved` (where navdata say it was: the paper's text).
+for the V_k too, while CrKR takes it with its mean removed. What delta is learnt from is a choice:
+`commanded` (where it meant to be, exploration included; the duration as measured) or `achieved`
+(where navdata say it was: the paper's text).
 """
 
 import math
