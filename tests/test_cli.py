@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import pytest
 
-from rotorpong import cli
+from rotorpong.cli import entry as cli
 from rotorpong.conventions import InputError
 from rotorpong.lab.spec import Spec
 from rotorpong.lab.train import train
@@ -314,7 +314,7 @@ def test_help_does_not_promise_what_does_not_exist(capfd):
 def test_help_imports_nothing_heavy():
     code = f"""
 import sys
-from rotorpong.cli import _run
+from rotorpong.cli.entry import _run
 try:
     _run(["evaluate", "--help"])
 finally:

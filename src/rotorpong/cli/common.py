@@ -1,0 +1,92 @@
+"""What commands share: options, progress on stderr, tables on stdout."""
+
+import contextlib
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from tyro.conf import FlagCreatePairsOff
+
+
+@dataclass(frozen=True, kw_only=True)
+class Common:
+    """What every command takes."""
+
+    seed: int = 0
+    """Same seed, same serves."""
+    json: FlagCreatePairsOff[bool] = False
+    """Print one JSON object on stdout and nothing else."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Match(Common):
+    """Who plays against what."""
+
+    player: str = "paper"
+    """hover, paper, or your own as FILE.py:CLASS."""
+    eyes: str = "paper"
+    """truth or paper."""
+    vehicle: str = "tum_gazebo"
+    """tum_gazebo."""
+    camera: str = "gazebo"
+    """gazebo, ardrone2_720p, or your calibration as FILE."""
+    serves: str = "human"
+    """human, constant, or FILE.csv of serves or of a measured flight."""
+
+
+def compile_kernels() -> None:
+    """Compile what is not compiled yet, saying so once."""
+    from rotorpong.kernels import CACHE_FOLDER
+    from rotorpong.lab.warmup import warm_up
+
+    if CACHE_FOLDER is None or not any(CACHE_FOLDER.rglob("*.nbi")):
+        say("compiling kernels (once, about a minute) ...")
+    warm_up()
+
+
+Advance = Callable[[str, int, int], None]
+
+
+@contextlib.contextmanager
+def progress_bar() -> Iterator[Advance]:
+    """Give a bar on stderr if that is a terminal; call it with (what, done, of how many)."""
+    if not sys.stderr.isatty():
+        yield lambda what, done, total: None
+        return
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeRemainingColumn,
+    )
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+    with Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True)) as bar:
+        tasks: dict[str, Any] = {}
+
+        def advance(what: str, done: int, total: int) -> None:
+            if what not in tasks:
+                tasks[what] = bar.add_task(what, total=total)
+            bar.update(tasks[what], completed=done)
+
+        yield advance
+
+
+def named(advance: Advance, what: str) -> Callable[[int, int], None]:
+    """Return what advances one bar of `progress_bar`, called with (done, of how many)."""
+    return lambda done, total: advance(what, done, total)
+
+
+def show(table: Any) -> None:
+    """Print a table on stdout."""
+    from rich.console import Console
+
+    Console().print(table)
+
+
+def say(line: str) -> None:
+    """Print a line on stderr."""
+    print(f"rotorpong: {line}", file=sys.stderr)  # noqa: T201

@@ -1,0 +1,120 @@
+"""Commands that play: demo, train, evaluate."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tyro.conf import FlagCreatePairsOff
+
+from rotorpong.cli.common import Common, Match, compile_kernels, named, progress_bar, say, show
+
+
+@dataclass(frozen=True, kw_only=True)
+class Demo(Common):
+    """Watch a drone learn: demonstrations, training, before and after, a report.html."""
+
+    out: Path = Path("rotorpong-demo")
+    """Folder for report.html, results.json and the experience."""
+
+    def run(self) -> dict[str, Any]:
+        """Play the demo."""
+        from rotorpong.lab.demo import demo_table, run_demo
+
+        compile_kernels()
+        with progress_bar() as advance:
+            result = run_demo(self.out, seed=self.seed, progress=advance)
+        if not self.json:
+            show(demo_table(result))
+            say(f"report: {self.out / 'report.html'}")
+        return result.as_json()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Train(Match):
+    """Train a player on its own hits, keeping every trial in a file."""
+
+    hits: int
+    """How many own hits to learn from; at most 20 balls are thrown for each."""
+    out: Path
+    """The experience file."""
+    resume: FlagCreatePairsOff[bool] = False
+    """Go on with an existing file."""
+
+    def run(self) -> dict[str, Any]:
+        """Train."""
+        from rotorpong.lab.spec import Spec, require_count
+        from rotorpong.lab.train import train
+
+        require_count("hits", self.hits)
+        spec = Spec(self.player, self.eyes, self.vehicle, self.camera, self.serves, self.seed)
+        spec.check()
+        compile_kernels()
+        with progress_bar() as advance:
+            done = train(
+                spec, self.hits, self.out, resume=self.resume, progress=named(advance, "hits")
+            )
+        result = {**done.as_json(), "experience": str(self.out)}
+        if not self.json:
+            say(f"{done.hits} hits of {done.balls} balls, kept in {self.out}")
+        return result
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evaluate(Match):
+    """Measure a player on a fixed number of serves; it never learns here."""
+
+    balls: int = 100
+    """How many serves."""
+    experience: Path | None = None
+    """What the player learnt: a file of `train`. Default: ten scripted demonstrations."""
+    racket: str = "cardboard"
+    """cardboard or rubber."""
+    blackout: FlagCreatePairsOff[bool] = False
+    """Make every frame black."""
+    workers: int = 1
+    """Processes; the results do not depend on it."""
+
+    def run(self) -> dict[str, Any]:
+        """Evaluate."""
+        from rotorpong.lab.evaluate import evaluate, summary
+        from rotorpong.lab.spec import Spec, require_count
+        from rotorpong.lab.tables import summary_table
+
+        require_count("balls", self.balls)
+        require_count("workers", self.workers)
+        spec = Spec(
+            self.player,
+            self.eyes,
+            self.vehicle,
+            self.camera,
+            self.serves,
+            self.seed,
+            self.racket,
+            self.blackout,
+        ).check()
+        known = self._knowledge()
+        compile_kernels()
+        with progress_bar() as advance:
+            results = evaluate(
+                spec,
+                self.balls,
+                knowledge=known,
+                workers=self.workers,
+                progress=named(advance, "balls"),
+            )
+        result = summary(spec, results)
+        if not self.json:
+            show(summary_table(result))
+        return result
+
+    def _knowledge(self) -> Any:
+        if self.experience is None:
+            return None
+        from rotorpong.lab.train import knowledge_of
+
+        run, knowledge = knowledge_of(self.experience)
+        for what in ("eyes", "camera", "vehicle", "serves"):
+            then, now = getattr(run, what), getattr(self, what)
+            if then != now:
+                say(f"{self.experience} was recorded with {what} {then}, not {now}")
+        return knowledge
