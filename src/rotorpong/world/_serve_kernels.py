@@ -16,7 +16,14 @@ from rotorpong.world._contact_kernels import (
     POSITION,
     next_event,
 )
-from rotorpong.world._solid_kernels import TABLE, copy_state, make_work, scene_of
+from rotorpong.world._solid_kernels import (
+    LAUNCHED,
+    START,
+    TABLE,
+    copy_row,
+    make_work,
+    scene_of,
+)
 
 LOWEST, STEP = -4.0, 0.1  # m/s of vertical launch speed: where the scan begins, how it goes on
 HIGHEST = (10.0, 4.0)  # m/s, where it ends: without a bounce, with one
@@ -29,22 +36,21 @@ LONGEST = 2.0  # s
 
 
 @kernel
-def try_launch(state, vy, vz, plane_x, bounces, scene, work, row, crossing):
+def try_launch(vy, vz, plane_x, bounces, scene, track, work, row, crossing):
     """Return 1 for a legal throw, `crossing` being its state at the plane; 0 or -1 if it is not.
 
-    -1: the throw reached the plane without the bounce, and so will any higher one.
+    Thrown from LAUNCHED. -1: it reached the plane without the bounce, and so will any higher one.
     """
-    launched = work.launched
-    copy_state(state, launched)
-    launched[4], launched[5] = vy, vz
-    event, time = next_event(launched, 0.0, plane_x, LONGEST, scene, work, row, crossing)
+    copy_row(work, LAUNCHED, START)
+    work[START, 4], work[START, 5] = vy, vz
+    event, time = next_event(0.0, plane_x, LONGEST, scene, track, work, row, crossing)
     if bounces == 0:
         return int(event == PASSED)
     if event == PASSED:
         return -1
     if event != TABLE or row[POSITION] >= 0.0:
         return 0
-    event, time = next_event(launched, time, plane_x, LONGEST, scene, work, row, crossing)
+    event, time = next_event(time, plane_x, LONGEST, scene, track, work, row, crossing)
     return int(event == PASSED)
 
 
@@ -57,7 +63,7 @@ def lands_short(state, vz):
 
 
 @kernel
-def newton(state, vy, vz, plane_x, goal, bounces, scenes, work, row, crossing):
+def newton(vy, vz, plane_x, goal, bounces, scenes, track, work, row, crossing):
     """Refine a launch until it meets the goal; return (found, vy, vz).
 
     Slopes are those of the last launch further from the goal than `NEAR`; from there on the steps
@@ -66,17 +72,17 @@ def newton(state, vy, vz, plane_x, goal, bounces, scenes, work, row, crossing):
     yy, zy, yz, zz, determinant = 0.0, 0.0, 0.0, 0.0, 0.0
     scene, is_near = scenes[0], False
     for _ in range(NEWTON_STEPS):
-        if try_launch(state, vy, vz, plane_x, bounces, scene, work, row, crossing) < 1:
+        if try_launch(vy, vz, plane_x, bounces, scene, track, work, row, crossing) < 1:
             return False, vy, vz
         y, z = crossing[1], crossing[2]
         ey, ez = y - goal[0], z - goal[1]
         if is_near and abs(ey) < TOLERANCE and abs(ez) < TOLERANCE:
             return True, vy, vz
         if determinant == 0.0 or (not is_near and max(abs(ey), abs(ez)) > NEAR):
-            if try_launch(state, vy + NUDGE, vz, plane_x, bounces, scene, work, row, crossing) < 1:
+            if try_launch(vy + NUDGE, vz, plane_x, bounces, scene, track, work, row, crossing) < 1:
                 return False, vy, vz
             yy, zy = (crossing[1] - y) / NUDGE, (crossing[2] - z) / NUDGE
-            if try_launch(state, vy, vz + NUDGE, plane_x, bounces, scene, work, row, crossing) < 1:
+            if try_launch(vy, vz + NUDGE, plane_x, bounces, scene, track, work, row, crossing) < 1:
                 return False, vy, vz
             yz, zz = (crossing[1] - y) / NUDGE, (crossing[2] - z) / NUDGE
             determinant = yy * zz - yz * zy
@@ -101,13 +107,16 @@ def solve(state, plane_x, goal, bounces, parameters):
         parameters: (2, k), of the solids with a long and with a short step.
     """
     work, row, crossing = make_work(), np.empty(CONTACT_COLUMNS), np.empty(9)
+    track = np.empty((0, 7))
+    for k in range(9):
+        work[LAUNCHED, k] = state[k]
     scenes = (scene_of(parameters[0]), scene_of(parameters[1]))
     vy, before, legal_before = 0.0, 0.0, False
     for k in range(round((HIGHEST[bounces] - LOWEST) / STEP) + 1):
         vz = LOWEST + k * STEP
         if lands_short(state, vz):
             continue
-        kind = try_launch(state, vy, vz, plane_x, bounces, scenes[0], work, row, crossing)
+        kind = try_launch(vy, vz, plane_x, bounces, scenes[0], track, work, row, crossing)
         if kind < 0:
             break
         error = crossing[2] - goal[1]
@@ -116,7 +125,7 @@ def solve(state, plane_x, goal, bounces, parameters):
         if kind == 1 and legal_before and (error > 0.0) != (before > 0.0):
             start = vz - STEP * error / (error - before)
             found, y, z = newton(
-                state, vy, start, plane_x, goal, bounces, scenes, work, row, crossing
+                vy, start, plane_x, goal, bounces, scenes, track, work, row, crossing
             )
             if found:
                 return True, y, z
