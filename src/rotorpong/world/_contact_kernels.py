@@ -15,10 +15,10 @@ from rotorpong.conventions import BALL_RADIUS, GRAVITY
 from rotorpong.kernels import kernel
 from rotorpong.physics._ball_kernels import bounce
 from rotorpong.world._solid_kernels import (
+    ACROSS,
     BLADE,
     END,
     HALF_POST,
-    NORMAL,
     OTHER,
     PLACE,
     POINT,
@@ -98,7 +98,7 @@ def drone_is_near(work, travel, track, i, reach):
     """Tell whether the ball at START can touch the drone in tick i."""
     if track.shape[0] == 0:
         return False
-    dx, dy, dz = work[START, 0] - track[i, 0], work[START, 1] - track[i, 1], 0.0
+    dx, dy = work[START, 0] - track[i, 0], work[START, 1] - track[i, 1]
     dz = work[START, 2] - track[i, 2]
     distance = dx * dx + dy * dy + dz * dz
     if distance > 9.0 * (reach + travel) ** 2 + 1.0:  # a drone at 1 km/s gets no further in a tick
@@ -230,11 +230,11 @@ def surface_normal(solid, track, i, fraction, scene, work):
         work[OTHER, k] = work[END, k] - h
         down = gap(solid, OTHER, track, i, fraction, scene, work)
         work[OTHER, k] = work[END, k]
-        work[NORMAL, k] = up - down
-    size = math.sqrt(work[NORMAL, 0] ** 2 + work[NORMAL, 1] ** 2 + work[NORMAL, 2] ** 2)
+        work[ACROSS, k] = up - down
+    size = math.sqrt(work[ACROSS, 0] ** 2 + work[ACROSS, 1] ** 2 + work[ACROSS, 2] ** 2)
     for k in range(3):
-        work[NORMAL, k] /= size
-        work[POINT, k] = work[END, k] - BALL_RADIUS * work[NORMAL, k]
+        work[ACROSS, k] /= size
+        work[POINT, k] = work[END, k] - BALL_RADIUS * work[ACROSS, k]
 
 
 @kernel
@@ -264,13 +264,11 @@ def touched_part(solid, track, i, fraction, scene, work, row):
         racket = scene.racket
         pose_between(track, i, fraction, work)
         _, y, z = body_point(work[END, 0], work[END, 1], work[END, 2], work)
-        y, z, _ = ellipse_gap(
-            y - racket.y, z - racket.z, racket.half_width, racket.half_height
-        )
+        y, z, _ = ellipse_gap(y - racket.y, z - racket.z, racket.half_width, racket.half_height)
         row[BLADE_POINT], row[BLADE_POINT + 1] = y / racket.half_width, z / racket.half_height
         for k in range(3):
-            forward += work[NORMAL, k] * work[ROTATION + k, 0]
-            up += work[NORMAL, k] * work[ROTATION + k, 2]
+            forward += work[ACROSS, k] * work[ROTATION + k, 0]
+            up += work[ACROSS, k] * work[ROTATION + k, 2]
     row[FACING] = forward
     return part_of(solid, forward, up, work)
 
@@ -288,13 +286,13 @@ def touch(solid, track, i, fraction, time, scene, work, row):
     approach_speed = 0.0
     for k in range(3):
         row[POSITION + k], row[VELOCITY + k] = work[END, k], work[END, 3 + k]
-        row[SPIN + k], row[NORMAL + k] = work[END, 6 + k], work[NORMAL, k]
+        row[SPIN + k], row[NORMAL + k] = work[END, 6 + k], work[ACROSS, k]
         row[SURFACE_VELOCITY + k] = work[SPEED, k]
-        approach_speed -= (work[END, 3 + k] - work[SPEED, k]) * work[NORMAL, k]
-    bounce(work[END], work[NORMAL], work[SPEED], surface_of(solid, part, scene))
+        approach_speed -= (work[END, 3 + k] - work[SPEED, k]) * work[ACROSS, k]
+    bounce(work[END], work[ACROSS], work[SPEED], surface_of(solid, part, scene))
     for k in range(3):
         row[VELOCITY_AFTER + k], row[SPIN_AFTER + k] = work[END, 3 + k], work[END, 6 + k]
-        work[END, k] += 1e-9 * work[NORMAL, k]
+        work[END, k] += 1e-9 * work[ACROSS, k]
     return approach_speed >= SLOWEST_CONTACT
 
 

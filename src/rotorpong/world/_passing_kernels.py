@@ -1,6 +1,5 @@
 """How near the ball passed the blade, in space and in time, compiled."""
 
-
 import numpy as np
 
 from rotorpong.conventions import BALL_RADIUS

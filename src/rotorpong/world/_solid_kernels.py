@@ -27,7 +27,7 @@ from rotorpong.world.solids import Solids
 
 TABLE, NET, FLOOR, BLADE, HULL = range(5)
 SOLIDS = 5
-START, END, PROBE, OTHER, LAUNCHED, PLACE, BODY, NORMAL, SPEED, POINT, ROTATION = range(11)
+START, END, PROBE, OTHER, LAUNCHED, PLACE, ACROSS, SPEED, POINT, ROTATION = range(10)
 WORK_ROWS = ROTATION + 3  # in one array: each array that a kernel is handed costs a count
 FLAT = 0.999  # of a normal: off a flat side, not an edge
 HALF_POST = 0.5 * POST_WIDTH
@@ -191,7 +191,7 @@ def gap(solid, row, track, i, fraction, scene, work):
 
 @kernel
 def part_of(solid, forward, up, work):
-    """Return which of its solid's parts is touched, at POINT and with NORMAL of `work`.
+    """Return which of its solid's parts is touched, at POINT and with normal ACROSS of `work`.
 
     Args:
         solid: the solid.
@@ -200,7 +200,7 @@ def part_of(solid, forward, up, work):
         work: scratch.
     """
     if solid == TABLE:
-        return 0 if work[NORMAL, 2] > FLAT else (2 if work[NORMAL, 2] < -FLAT else 1)
+        return 0 if work[ACROSS, 2] > FLAT else (2 if work[ACROSS, 2] < -FLAT else 1)
     if solid == NET:
         return 2 if abs(work[POINT, 1]) > NET_HALF_LENGTH else int(work[POINT, 2] > TAPE_HEIGHT)
     if solid == FLOOR:
