@@ -27,6 +27,7 @@ from rotorpong.world._solid_kernels import (
 
 LOWEST, STEP = -4.0, 0.1  # m/s of vertical launch speed: where the scan begins, how it goes on
 HIGHEST = (10.0, 4.0)  # m/s, where it ends: without a bounce, with one
+STEEPEST = 1.5  # m at the plane per m/s of launch: no launch changes its height faster
 NEWTON_STEPS = 12
 NUDGE = 1e-5  # m/s
 NEAR = 1e-5  # m from the target: the slopes are good enough
@@ -60,6 +61,26 @@ def lands_short(state, vz):
     height = state[2] - BALL_RADIUS
     time = (vz + math.sqrt(vz * vz + 2.0 * GRAVITY * max(height, 0.0))) / GRAVITY
     return state[0] + state[3] * time > MARGIN
+
+
+@kernel
+def lowest_over_net(state, last, plane_x, scene, track, work, row, crossing):
+    """Return the first step of the scan that touches nothing before x = 0, by bisection."""
+    low, high = -1, last + 1
+    while high - low > 1:
+        k = (low + high) // 2
+        vz = LOWEST + k * STEP
+        over = False
+        if not lands_short(state, vz):
+            copy_row(work, LAUNCHED, START)
+            work[START, 5] = vz
+            event, _ = next_event(0.0, plane_x, LONGEST, scene, track, work, row, crossing)
+            over = event == PASSED or (event == TABLE and row[POSITION] < 0.0)
+        if over:
+            high = k
+        else:
+            low = k
+    return high
 
 
 @kernel
@@ -110,12 +131,13 @@ def solve(state, plane_x, goal, bounces, parameters):
     track = np.empty((0, 7))
     for k in range(9):
         work[LAUNCHED, k] = state[k]
+    work[LAUNCHED, 4] = 0.0
     scenes = (scene_of(parameters[0]), scene_of(parameters[1]))
-    vy, before, legal_before = 0.0, 0.0, False
-    for k in range(round((HIGHEST[bounces] - LOWEST) / STEP) + 1):
+    last = round((HIGHEST[bounces] - LOWEST) / STEP)
+    k = lowest_over_net(state, last, plane_x, scenes[0], track, work, row, crossing)
+    vy, before, at, legal_before = 0.0, 0.0, 0.0, False
+    while k <= last:
         vz = LOWEST + k * STEP
-        if lands_short(state, vz):
-            continue
         kind = try_launch(vy, vz, plane_x, bounces, scenes[0], track, work, row, crossing)
         if kind < 0:
             break
@@ -123,11 +145,12 @@ def solve(state, plane_x, goal, bounces, parameters):
         if kind == 1:
             vy += (goal[0] - crossing[1]) * -state[3] / (state[0] - plane_x)
         if kind == 1 and legal_before and (error > 0.0) != (before > 0.0):
-            start = vz - STEP * error / (error - before)
+            start = vz - (vz - at) * error / (error - before)
             found, y, z = newton(
                 vy, start, plane_x, goal, bounces, scenes, track, work, row, crossing
             )
             if found:
                 return True, y, z
-        before, legal_before = error, kind == 1
+        before, at, legal_before = error, vz, kind == 1
+        k += max(1, int(abs(error) / (STEEPEST * STEP))) if kind == 1 else 1
     return False, 0.0, 0.0

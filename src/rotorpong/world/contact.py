@@ -101,7 +101,9 @@ def advance_many(
     Raises:
         InputError: a state or track that is not finite, impossible solids.
     """
-    _require_finite(states, tracks)
+    _require_finite(states)
+    if not np.isfinite(tracks).all():
+        raise InputError("track of the drone: expected finite poses")
     return _advance_many(states, start_time, tracks, solids, ticks=tracks.shape[1] - 1)
 
 
