@@ -1,7 +1,7 @@
 """The launch that meets a target, compiled: scan the lower arc, then Newton in two unknowns.
 
-Flights have exact contacts at any step; the scan takes long steps (20 ms leave 1e-8 m), the last
-corrections short ones.
+Contacts are exact at any step. The scan takes long steps (40 ms leave 1e-7 m), the last launches,
+which decide, short ones (10 ms leave 1e-9 m).
 """
 
 import math
