@@ -87,7 +87,7 @@ def advance(
     count = kernels.advance(
         state.copy(), start_time, ticks, track, solids, kernels.make_work(), rows, path
     )
-    return path, tuple(_contact(row) for row in rows[: min(count, MOST_CONTACTS)])
+    return path, tuple(contact_from_row(row) for row in rows[: min(count, MOST_CONTACTS)])
 
 
 def fly_over_court(state: BallState, ticks: int, solids: Solids) -> Float[ndarray, "ticks 9"]:
@@ -117,7 +117,7 @@ def approach(
     time, count = kernels.approach(
         state.copy(), plane_x, longest, _coarse(solids), kernels.make_work(), rows, crossing
     )
-    contacts = tuple(_contact(row) for row in rows[: min(count, len(rows))])
+    contacts = tuple(contact_from_row(row) for row in rows[: min(count, len(rows))])
     return (time if time >= 0.0 else None), crossing, contacts
 
 
@@ -164,7 +164,8 @@ def _coarse(solids: Solids) -> Solids:
     return solids._replace(tick=COARSE_TICK)
 
 
-def _contact(row: Float[ndarray, "14"]) -> Contact:
+def contact_from_row(row: Float[ndarray, "14"]) -> Contact:
+    """Return the contact that a kernel wrote down."""
     return Contact(
         time=float(row[0]),
         solid=SOLIDS[int(row[1])],
