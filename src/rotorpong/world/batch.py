@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int64
 from numpy import ndarray
 
-from rotorpong.conventions import InputError
+from rotorpong.conventions import InputError, Picture
 from rotorpong.drone import Outcome
 from rotorpong.physics.vehicle import Track, VehicleState
 from rotorpong.world import _batch_kernels as kernels
@@ -24,9 +24,10 @@ from rotorpong.world._contact_kernels import CONTACT_COLUMNS
 from rotorpong.world.contact import MOST_CONTACTS, TICK, Contact, Solids, contact_from_row, state_of
 from rotorpong.world.judging import ENDINGS, LONGEST_SERVE, judge, landing_of
 from rotorpong.world.racket import HOME_BODY
+from rotorpong.world.render import render
 from rotorpong.world.sensors import draw_sensors
 from rotorpong.world.serves import Serve
-from rotorpong.world.simulated_drone import Setting, Truth, blade_path
+from rotorpong.world.simulated_drone import Setting, Truth, blade_path, eye_of
 
 STATE = (
     "ball_forward_m",  # of the ball from the centre of mass, level body axes, at the exposure
@@ -68,7 +69,7 @@ class ServeBatch:
         """Let every row hover at home at the instant of its release.
 
         Args:
-            setting: what all serves meet; neither the room nor the blackout matter here.
+            setting: what all serves meet; a blackout does not matter here.
             casts: one for each row, at least one.
 
         Raises:
@@ -167,6 +168,14 @@ class ServeBatch:
         """How late the blades were, s; nan where that cannot be told or the serve is not over."""
         lags = self._judged[1]
         return np.where(np.abs(lags) <= rules.LONGEST_LAG, lags * TICK, np.nan)
+
+    def picture(self, row: int) -> Picture:
+        """Return the last frame of a row, as the onboard camera shows it."""
+        balls, poses, clocks = self._logs
+        exposed = min(clocks[row, kernels.EXPOSED], clocks[row, kernels.FLOWN])
+        camera = self.setting.camera
+        eye, axes = eye_of(poses[row, exposed], camera)
+        return render(camera, eye, axes, balls[row, exposed, :3].copy(), self.setting.scene)
 
     def truth(self, row: int) -> Truth:
         """Return what really happened in a serve.

@@ -221,10 +221,17 @@ class SimulatedDrone:
         )
 
     def _eye(self, tick: int) -> tuple[Float[ndarray, "3"], Float[ndarray, "3 3"]]:
-        position, quaternion = np.split(self._log.track[tick], [3])
-        world_from_body = rotation_from_quaternion(quaternion)
-        eye = position + world_from_body @ np.array(self.camera.position_m)
-        return eye, world_from_body @ camera_from_body(self.camera).T
+        return eye_of(self._log.track[tick], self.camera)
+
+
+def eye_of(
+    pose: Float[ndarray, "7"], camera: Camera
+) -> tuple[Float[ndarray, "3"], Float[ndarray, "3 3"]]:
+    """Return where the camera of a drone is, world, and `world_from_camera`."""
+    position, quaternion = np.split(pose, [3])
+    world_from_body = rotation_from_quaternion(quaternion)
+    eye = position + world_from_body @ np.array(camera.position_m)
+    return eye, world_from_body @ camera_from_body(camera).T
 
 
 def _joined(parts: list[Navdata]) -> Navdata:
