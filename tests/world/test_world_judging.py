@@ -66,7 +66,9 @@ def test_a_hull_is_in_the_court_where_the_whole_path_says_so():
     touched = 0
     for place in places:
         track = np.concatenate([place, [1.0, 0.0, 0.0, 0.0]])[None]
-        assert hull_in_court(*place, HULL) == drone_touches_court(track, HULL)
+        assert hull_in_court(*place, (HULL.radius, HULL.half_height)) == drone_touches_court(
+            track, HULL
+        )
         touched += drone_touches_court(track, HULL)
     assert 300 < touched < 2700
 

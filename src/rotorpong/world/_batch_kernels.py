@@ -1,32 +1,30 @@
 """One leg of many serves, and what is seen of the ball afterwards, compiled; see `batch`.
 
-Rows of `clocks`: ticks flown, tick of the leg's start, exposure of the last frame.
+Rows of `clocks`: ticks flown, tick at which the last frame was exposed.
 """
 
 import math
 
 from rotorpong.kernels import kernel
-from rotorpong.physics.ball import Air, Surface
-from rotorpong.world._contact_kernels import advance, make_work
+from rotorpong.world._contact_kernels import advance
 from rotorpong.world._judging_kernels import ending, judged
-from rotorpong.world.contact import Solids
+from rotorpong.world._solid_kernels import make_work, scene_of
 
 FLOWN, EXPOSED = 0, 1
 
 
 @kernel
-def fly_leg(rows, flown, court, logs, ends):
+def fly_leg(rows, flown, parameters, logs, ends):
     """Fly the balls of `rows` along what their drones flew, and note which serves end there.
 
     Args:
         rows: which of the batch.
         flown: positions (m, ticks + 1, 3) and quaternions (m, ticks + 1, 4), row by row.
-        court: solids of all, and air and table of each serve as (n, 4).
+        parameters: (n, k) numbers of the solids of each serve.
         logs: balls (n, :, 9), poses (n, :, 7), clocks (n, 2).
-        ends: codes (n,), deciding contacts (n, 14), contacts of this leg (m, :, 14), counts (m,).
+        ends: codes (n,), deciding contacts (n, 27), contacts of this leg (m, :, 27), counts (m,).
     """
     positions, quaternions = flown
-    solids, airs = court
     balls, poses, clocks = logs
     codes, deciding, contacts, counts = ends
     work = make_work()
@@ -40,32 +38,28 @@ def fly_leg(rows, flown, court, logs, ends):
                 track[i, k] = positions[m, i, k]
             for k in range(4):
                 track[i, 3 + k] = quaternions[m, i, k]
+        scene = scene_of(parameters[row])
         path = balls[row, start + 1 : start + ticks + 1]
-        state = balls[row, start].copy()
-        air = airs[row]
-        here = Solids(
-            Air(air[0], air[1]), Surface(air[2], air[3]),
-            solids.net, solids.floor, solids.racket, solids.hull, solids.tick,
-        )  # fmt: skip
-        count = advance(state, start * solids.tick, ticks, track, here, work, contacts[m], path)
-        count = min(count, contacts.shape[1])
-        counts[m] = count
+        count = advance(
+            balls[row, start], start * scene.tick, track, scene, work, contacts[m], path
+        )
+        counts[m] = min(count, contacts.shape[1])
         clocks[row, FLOWN] = start + ticks
-        code, index = ending(contacts[m, :count], path, track, start + ticks, solids.hull)
-        codes[row] = code
+        hull = scene.hull.radius, scene.hull.half_height
+        codes[row], index = ending(contacts[m, : counts[m]], path, track, start + ticks, hull)
         if index >= 0:
             for k in range(deciding.shape[1]):
                 deciding[row, k] = contacts[m, index, k]
 
 
 @kernel
-def judge_rows(rows, logs, codes, racket, scratch, results):
+def judge_rows(rows, logs, codes, sizes, scratch, results):
     """Judge serves: renew `codes`; write miss distances (m) and lags (ticks) into `results`."""
     balls, poses, clocks = logs
     for m in range(rows.shape[0]):
         row = rows[m]
         end = clocks[row, FLOWN] + 1
-        code, miss, lag = judged(codes[row], balls[row, :end], poses[row, :end], racket, scratch)
+        code, miss, lag = judged(codes[row], balls[row, :end], poses[row, :end], sizes, scratch)
         codes[row], results[0, row], results[1, row] = code, miss, lag
 
 

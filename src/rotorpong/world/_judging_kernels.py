@@ -6,13 +6,14 @@ import numpy as np
 
 from rotorpong.conventions import BALL_RADIUS
 from rotorpong.kernels import kernel
-from rotorpong.world._contact_kernels import (
+from rotorpong.world._contact_kernels import FACING, SOLID
+from rotorpong.world._passing_kernels import blade_centres, lateness, racket_of
+from rotorpong.world._solid_kernels import (
     BLADE,
     FLOOR,
     HULL,
     blade_gap,
     body_point,
-    ellipse_gap,
     pose_between,
 )
 from rotorpong.world.court import (
@@ -31,7 +32,6 @@ FULL_FACE = math.cos(math.radians(45.0))
 NEAR_DISTANCE = 0.05  # m
 NEAR_LAG = 100  # ticks
 LONGEST_LAG = 200  # ticks that a blade may be late or early to be called so
-SOLID_COLUMN, FACING_COLUMN = 1, 11  # of a contact's row
 SLACK = 1e-9  # m, more than rounding makes of any distance here
 
 
@@ -44,12 +44,12 @@ def ending(contacts, path, track, ticks, hull):
         path: (k, 9) states of the ball after each tick of the leg.
         track: (k + 1, 7) poses of the drone.
         ticks: flown since the release.
-        hull: of the drone.
+        hull: radius and half height, m.
     """
     fallen = False
     for k in range(contacts.shape[0]):
-        solid = int(contacts[k, SOLID_COLUMN])
-        if solid == BLADE and contacts[k, FACING_COLUMN] >= FULL_FACE:
+        solid = int(contacts[k, SOLID])
+        if solid == BLADE and contacts[k, FACING] >= FULL_FACE:
             return HIT, k
         if solid == HULL:
             return HULL_TOUCHED, k
@@ -70,69 +70,51 @@ def ending(contacts, path, track, ticks, hull):
 @kernel
 def hull_in_court(x, y, z, hull):
     """Tell whether the hull of a nearly level drone reaches floor, table or net."""
-    low = z - hull.half_height
+    radius, half_height = hull
+    low = z - half_height
     if low < FLOOR_HEIGHT:
         return True
     if low >= NET_HEIGHT:
         return False
-    beyond = abs(x) >= TABLE_HALF_LENGTH + hull.radius or abs(y) >= TABLE_HALF_WIDTH + hull.radius
+    beyond = abs(x) >= TABLE_HALF_LENGTH + radius or abs(y) >= TABLE_HALF_WIDTH + radius
     if low < 0.0 and not beyond:
         return True
-    return abs(x) < hull.radius and abs(y) < NET_HALF_LENGTH + hull.radius
+    return abs(x) < radius and abs(y) < NET_HALF_LENGTH + radius
 
 
 @kernel
-def judged(code, balls, track, racket, scratch):
+def judged(code, balls, track, sizes, centres):
     """Return the final code of a serve that is over, its miss distance (m) and its lag (ticks).
 
-    The lag is longer than LONGEST_LAG if there is none.
+    The miss distance is the least gap between ball and blade at the ticks. The lag is the
+    smallest, either sign, at which they would have met face to face; longer than LONGEST_LAG if
+    there is none.
+
+    Args:
+        code: as `ending` returns it.
+        balls: (n, 9) states of the ball.
+        track: (n, 7) poses of the drone.
+        sizes: of the racket: half axes and place.
+        centres: (n, 3) or more, scratch.
     """
     if code == HIT:
         return code, 0.0, 0
-    least, lag = nearness(balls, track, racket, LONGEST_LAG, scratch)
-    miss = max(least, 0.0)
+    miss = max(least_gap(balls, track, racket_of(sizes), centres), 0.0)
+    lag = lateness(balls, track, sizes, LONGEST_LAG)
     if code == MISSED and (miss < NEAR_DISTANCE or abs(lag) <= NEAR_LAG):
         return NEARLY_HIT, miss, lag
     return code, miss, lag
 
 
 @kernel
-def nearness(balls, track, racket, longest, scratch):
-    """Return the least gap (m) between ball and blade, and the blade's lateness (ticks).
+def least_gap(balls, track, racket, centres):
+    """Return the least gap between ball and blade over all ticks, m.
 
-    The gap is the least of those at the ticks. The lateness is the smallest lag, either sign, at
-    which blade and ball would have met face to face; longer than `longest` if there is none.
     Instants that cannot matter are passed over: the blade lies in a ball about its centre.
-
-    Args:
-        balls: (n, 9) states of the ball.
-        track: (n, 7) poses of the drone.
-        racket: the blade.
-        longest: ticks.
-        scratch: (n, 3) for the blade's centres.
     """
-    rotation, position = np.empty((3, 3)), np.empty(3)
-    reach = max(racket.half_width, racket.half_height) + BALL_RADIUS + SLACK
-    low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    for k in range(balls.shape[0]):
-        pose_between(track, k, 0.0, rotation, position)
-        for i in range(3):
-            centre = (
-                position[i]
-                + rotation[i, 0] * racket.x
-                + rotation[i, 1] * racket.y
-                + rotation[i, 2] * racket.z
-            )
-            scratch[k, i] = centre
-            low[i], high[i] = min(low[i], centre - reach), max(high[i], centre + reach)
-    least = least_gap(balls, track, racket, reach, scratch)
-    return least, lateness(balls, track, racket, longest, (low, high), scratch)
-
-
-@kernel
-def least_gap(balls, track, racket, reach, centres):
-    """Return the least gap between ball and blade over all ticks, m."""
     rotation, position, body = np.empty((3, 3)), np.empty(3), np.empty(3)
+    blade_centres(track, racket, rotation, position, centres)
+    reach = max(racket.half_width, racket.half_height) + BALL_RADIUS + SLACK
     nearest, closest = 0, np.inf
     for k in range(balls.shape[0]):
         away = distance(balls[k], centres[k])
@@ -154,41 +136,3 @@ def distance(a, b):
     """Return the distance of two points (the first three numbers of each)."""
     dx, dy, dz = a[0] - b[0], a[1] - b[1], a[2] - b[2]
     return math.sqrt(dx * dx + dy * dy + dz * dz)
-
-
-@kernel
-def lateness(balls, track, racket, longest, box, centres):
-    """Return the smallest lag (ticks) at which blade and ball meet, longer than `longest` if none.
-
-    `box` is (low, high), what the blade swept: a ball outside is met by no blade.
-    """
-    low, high = box
-    first, last = balls.shape[0], -1
-    for k in range(balls.shape[0]):
-        x, y, z = balls[k, 0], balls[k, 1], balls[k, 2]
-        beside = x < low[0] or x > high[0] or y < low[1] or y > high[1]
-        if not (beside or z < low[2] or z > high[2]):
-            first, last = min(first, k), k
-    scratch = np.empty((3, 3)), np.empty(3), np.empty(3)
-    for size in range(longest + 1 if last >= 0 else 0):
-        for lag in (size, -size):
-            for k in range(max(first, -lag), min(last, track.shape[0] - 1 - lag) + 1):
-                if meets(balls[k], track, k + lag, racket, centres, scratch):
-                    return lag
-    return longest + 1
-
-
-@kernel
-def meets(ball, track, j, racket, centres, scratch):
-    """Tell whether the blade of tick j has, or has passed, the ball on its face."""
-    reach = max(racket.half_width, racket.half_height) + BALL_RADIUS + SLACK
-    if distance(ball, centres[j]) > reach:
-        return False
-    rotation, position, body = scratch
-    pose_between(track, j, 0.0, rotation, position)
-    body_point(ball[0], ball[1], ball[2], rotation, position, body)
-    if body[0] <= racket.x or blade_gap(body, racket) > 0.0:
-        return False
-    y, z = body[1] - racket.y, body[2] - racket.z
-    off = ellipse_gap(y, z, racket.half_width, racket.half_height)[2]
-    return body[0] - racket.x >= off

@@ -1,4 +1,8 @@
-"""The launch that meets a target, compiled: scan the lower arc, then Newton in two unknowns."""
+"""The launch that meets a target, compiled: scan the lower arc, then Newton in two unknowns.
+
+Flights have exact contacts at any step; the scan takes long steps (20 ms leave 1e-8 m), the last
+corrections short ones.
+"""
 
 import math
 
@@ -6,30 +10,42 @@ import numpy as np
 
 from rotorpong.conventions import BALL_RADIUS, GRAVITY
 from rotorpong.kernels import kernel
-from rotorpong.world._contact_kernels import TABLE, approach, copy_state, make_work
+from rotorpong.world._contact_kernels import (
+    CONTACT_COLUMNS,
+    PASSED,
+    POSITION,
+    next_event,
+)
+from rotorpong.world._solid_kernels import TABLE, copy_state, make_work, scene_of
 
-LOWEST, HIGHEST, STEP = -4.0, 4.0, 0.1  # m/s of vertical launch speed
+LOWEST, STEP = -4.0, 0.1  # m/s of vertical launch speed: where the scan begins, how it goes on
+HIGHEST = (10.0, 4.0)  # m/s, where it ends: without a bounce, with one
 NEWTON_STEPS = 12
 NUDGE = 1e-5  # m/s
+NEAR = 1e-5  # m from the target: the slopes are good enough
 TOLERANCE = 1e-9  # m
 MARGIN = 0.3  # m before the net that spin can carry a ball further
 LONGEST = 2.0  # s
 
 
 @kernel
-def try_launch(state, vy, vz, plane_x, solids, work, contacts, crossing):
+def try_launch(state, vy, vz, plane_x, bounces, scene, work, row, crossing):
     """Return 1 for a legal throw, `crossing` being its state at the plane; 0 or -1 if it is not.
 
-    -1: the throw reached the plane without a bounce, and so will any higher one.
+    -1: the throw reached the plane without the bounce, and so will any higher one.
     """
-    copy_state(state, work.other)
-    work.other[4], work.other[5] = vy, vz
-    time, count = approach(work.other, plane_x, LONGEST, solids, work, contacts, crossing)
-    if time >= 0.0 and count == 0:
+    launched = work.launched
+    copy_state(state, launched)
+    launched[4], launched[5] = vy, vz
+    event, time = next_event(launched, 0.0, plane_x, LONGEST, scene, work, row, crossing)
+    if bounces == 0:
+        return int(event == PASSED)
+    if event == PASSED:
         return -1
-    if time < 0.0 or count != 1:
+    if event != TABLE or row[POSITION] >= 0.0:
         return 0
-    return int(int(contacts[0, 1]) == TABLE and contacts[0, 2] < 0.0)
+    event, time = next_event(launched, time, plane_x, LONGEST, scene, work, row, crossing)
+    return int(event == PASSED)
 
 
 @kernel
@@ -41,39 +57,57 @@ def lands_short(state, vz):
 
 
 @kernel
-def newton(state, vy, vz, plane_x, goal, solids, work, contacts, crossing):
-    """Refine a launch until it meets the goal; return (found, vy, vz)."""
+def newton(state, vy, vz, plane_x, goal, bounces, scenes, work, row, crossing):
+    """Refine a launch until it meets the goal; return (found, vy, vz).
+
+    Slopes are those of the last launch further from the goal than `NEAR`; from there on the steps
+    of the flight are short.
+    """
+    yy, zy, yz, zz, determinant = 0.0, 0.0, 0.0, 0.0, 0.0
+    scene, is_near = scenes[0], False
     for _ in range(NEWTON_STEPS):
-        if try_launch(state, vy, vz, plane_x, solids, work, contacts, crossing) < 1:
+        if try_launch(state, vy, vz, plane_x, bounces, scene, work, row, crossing) < 1:
             return False, vy, vz
-        ey, ez = crossing[1] - goal[0], crossing[2] - goal[1]
-        if abs(ey) < TOLERANCE and abs(ez) < TOLERANCE:
-            return True, vy, vz
         y, z = crossing[1], crossing[2]
-        if try_launch(state, vy + NUDGE, vz, plane_x, solids, work, contacts, crossing) < 1:
-            return False, vy, vz
-        yy, zy = (crossing[1] - y) / NUDGE, (crossing[2] - z) / NUDGE
-        if try_launch(state, vy, vz + NUDGE, plane_x, solids, work, contacts, crossing) < 1:
-            return False, vy, vz
-        yz, zz = (crossing[1] - y) / NUDGE, (crossing[2] - z) / NUDGE
-        determinant = yy * zz - yz * zy
-        if abs(determinant) < 1e-12:
-            return False, vy, vz
+        ey, ez = y - goal[0], z - goal[1]
+        if is_near and abs(ey) < TOLERANCE and abs(ez) < TOLERANCE:
+            return True, vy, vz
+        if determinant == 0.0 or (not is_near and max(abs(ey), abs(ez)) > NEAR):
+            if try_launch(state, vy + NUDGE, vz, plane_x, bounces, scene, work, row, crossing) < 1:
+                return False, vy, vz
+            yy, zy = (crossing[1] - y) / NUDGE, (crossing[2] - z) / NUDGE
+            if try_launch(state, vy, vz + NUDGE, plane_x, bounces, scene, work, row, crossing) < 1:
+                return False, vy, vz
+            yz, zz = (crossing[1] - y) / NUDGE, (crossing[2] - z) / NUDGE
+            determinant = yy * zz - yz * zy
+            if abs(determinant) < 1e-12:
+                return False, vy, vz
+        else:
+            scene, is_near = scenes[1], True
         vy -= (zz * ey - yz * ez) / determinant
         vz -= (yy * ez - zy * ey) / determinant
     return False, vy, vz
 
 
 @kernel
-def solve(state, plane_x, goal, solids):
-    """Return (solved, vy, vz) of the lowest legal launch through the goal (y, z)."""
-    work, contacts, crossing = make_work(), np.empty((2, 14)), np.empty(9)
+def solve(state, plane_x, goal, bounces, parameters):
+    """Return (solved, vy, vz) of the lowest legal launch through the goal (y, z).
+
+    Args:
+        state: (9,), at the release; its sideways and upward speed play no part.
+        plane_x: m.
+        goal: (2,), m.
+        bounces: 0 or 1, on the drone's half.
+        parameters: (2, k), of the solids with a long and with a short step.
+    """
+    work, row, crossing = make_work(), np.empty(CONTACT_COLUMNS), np.empty(9)
+    scenes = (scene_of(parameters[0]), scene_of(parameters[1]))
     vy, before, legal_before = 0.0, 0.0, False
-    for k in range(round((HIGHEST - LOWEST) / STEP) + 1):
+    for k in range(round((HIGHEST[bounces] - LOWEST) / STEP) + 1):
         vz = LOWEST + k * STEP
         if lands_short(state, vz):
             continue
-        kind = try_launch(state, vy, vz, plane_x, solids, work, contacts, crossing)
+        kind = try_launch(state, vy, vz, plane_x, bounces, scenes[0], work, row, crossing)
         if kind < 0:
             break
         error = crossing[2] - goal[1]
@@ -81,7 +115,9 @@ def solve(state, plane_x, goal, solids):
             vy += (goal[0] - crossing[1]) * -state[3] / (state[0] - plane_x)
         if kind == 1 and legal_before and (error > 0.0) != (before > 0.0):
             start = vz - STEP * error / (error - before)
-            found, y, z = newton(state, vy, start, plane_x, goal, solids, work, contacts, crossing)
+            found, y, z = newton(
+                state, vy, start, plane_x, goal, bounces, scenes, work, row, crossing
+            )
             if found:
                 return True, y, z
         before, legal_before = error, kind == 1

@@ -21,13 +21,20 @@ from rotorpong.physics.vehicle import Track, VehicleState
 from rotorpong.world import _batch_kernels as kernels
 from rotorpong.world import _judging_kernels as rules
 from rotorpong.world._contact_kernels import CONTACT_COLUMNS
-from rotorpong.world.contact import MOST_CONTACTS, TICK, Contact, Solids, contact_from_row, state_of
+from rotorpong.world.contact import (
+    MOST_CONTACTS,
+    Contact,
+    contact_from_row,
+    sizes_of,
+    state_of,
+)
 from rotorpong.world.judging import ENDINGS, LONGEST_SERVE, judge, landing_of
 from rotorpong.world.racket import HOME_BODY
 from rotorpong.world.render import render
 from rotorpong.world.sensors import draw_sensors
 from rotorpong.world.serves import Serve
 from rotorpong.world.simulated_drone import Setting, Truth, blade_path, eye_of
+from rotorpong.world.solids import TICK, Solids, parameters
 
 STATE = (
     "ball_forward_m",  # of the ball from the centre of mass, level body axes, at the exposure
@@ -82,8 +89,9 @@ class ServeBatch:
         self._period = 1.0 / (setting.camera.frames_per_second * TICK)  # ticks
         self._limits = setting.vehicle.limits
         self._solids = Solids(racket=setting.racket)
+        self._sizes = sizes_of(setting.racket)
         self._serves = [cast.serve for cast in casts]
-        self._airs = np.empty((n, len(_air_of(casts[0].serve))))
+        self._parameters = np.empty((n, len(parameters(self._solids))))
         self._logs = (
             np.empty((n, LONGEST_SERVE + 1, 9)),
             np.empty((n, LONGEST_SERVE + 1, 7)),
@@ -195,7 +203,7 @@ class ServeBatch:
             verdict=verdict,
             miss_distance=miss,
             time_error=late,
-            landing_x=landing_of(outcome, contact, balls, self._solids_of(row)),
+            landing_x=landing_of(outcome, contact, balls, self._solids_of(self._serves[row])),
             ball_path=balls[:, :3].copy(),
             body_path=track[:, :3].copy(),
             blade_path=blade_path(track, self._racket),
@@ -214,7 +222,7 @@ class ServeBatch:
         self._judged[:, row] = np.nan
         self._contacts[row] = []
         self._serves[row] = cast.serve
-        self._airs[row] = _air_of(cast.serve)
+        self._parameters[row] = parameters(self._solids_of(cast.serve))
         self._logs[0][row, 0] = state_of(cast.serve.ball)
         self._logs[2][row] = 0
         return state
@@ -241,7 +249,7 @@ class ServeBatch:
         kernels.fly_leg(
             rows,
             (track.position, track.quaternion),
-            (self._solids, self._airs),
+            self._parameters,
             self._logs,
             (self._codes, self._deciding, contacts, counts),
         )
@@ -251,15 +259,10 @@ class ServeBatch:
         ended = rows[self._codes[rows] != rules.PLAYING]
         if len(ended):
             scratch = np.empty((LONGEST_SERVE + 1, 3))
-            kernels.judge_rows(ended, self._logs, self._codes, self._racket, scratch, self._judged)
+            kernels.judge_rows(ended, self._logs, self._codes, self._sizes, scratch, self._judged)
 
-    def _solids_of(self, row: int) -> Solids:
-        serve = self._serves[row]
+    def _solids_of(self, serve: Serve) -> Solids:
         return self._solids._replace(air=serve.air, table=serve.table)
-
-
-def _air_of(serve: Serve) -> Float[ndarray, "4"]:
-    return np.array([*serve.air, *serve.table])
 
 
 def _stacked(states: Sequence[State]) -> State:

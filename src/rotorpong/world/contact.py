@@ -1,18 +1,22 @@
 """Who touches whom: the ball flown among table, net, floor, blade and hull.
 
 The drone is a track of poses, one per tick, made by the vehicle beforehand; the ball does not push
-it. Contacts are exact in time (see `_contact_kernels`). World frame.
+it. Contacts are exact in time (see `_contact_kernels`). One ball and many go through the same
+kernel, and a flight may be cut into legs at any tick: the bits of the result are the same. World
+frame.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from numpy import ndarray
 
-from rotorpong.physics.ball import TABLE_SURFACE, Air, Ball, Surface
+from rotorpong.conventions import InputError
+from rotorpong.physics.ball import Ball
 from rotorpong.world import _contact_kernels as kernels
+from rotorpong.world import _passing_kernels
 from rotorpong.world.court import (
     FLOOR_HEIGHT,
     NET_HALF_LENGTH,
@@ -20,34 +24,17 @@ from rotorpong.world.court import (
     TABLE_HALF_LENGTH,
     TABLE_HALF_WIDTH,
 )
-from rotorpong.world.racket import HULL, Hull, Racket
+from rotorpong.world.racket import Hull, Racket
+from rotorpong.world.solids import PARTS, SOLIDS, TICK, Part, Solid, parameters
+from rotorpong.world.solids import Solids as Solids
 
-TICK = 0.001  # s, the world's clock
 COARSE_TICK = 0.004  # s, for flights over the empty court
-
-Solid = Literal["table", "net", "floor", "blade", "hull"]
-SOLIDS: tuple[Solid, ...] = ("table", "net", "floor", "blade", "hull")
-
-NET_SURFACE = Surface(0.1, 0.3)  # a mesh that swallows the ball
-FLOOR_SURFACE = Surface(0.75, 0.4)
 
 Track = Float[ndarray, "instants 7"]  # position, quaternion
 BallState = Float[ndarray, "9"]  # position, velocity, spin
-NO_DRONE = np.empty((0, 7))
+Contacts = tuple["Contact", ...]
 MOST_CONTACTS = 64  # of a piece of flight that are kept
 MOST_BOUNCES = 8  # after which a flight over the court is given up
-
-
-class Solids(NamedTuple):
-    """Everything the ball meets, as the kernels take it."""
-
-    air: Air = Air()
-    table: Surface = TABLE_SURFACE
-    net: Surface = NET_SURFACE
-    floor: Surface = FLOOR_SURFACE
-    racket: Racket = Racket()
-    hull: Hull = HULL
-    tick: float = TICK
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,9 +43,14 @@ class Contact:
 
     time: float  # s
     solid: Solid
+    part: Part
     position: Float[ndarray, "3"]  # of the ball's centre, world
     velocity: Float[ndarray, "3"]  # just before, world
+    spin: Float[ndarray, "3"]  # just before, rad/s
     normal: Float[ndarray, "3"]  # of the solid, towards the ball, world
+    surface_velocity: Float[ndarray, "3"]  # of the touched point, world
+    velocity_after: Float[ndarray, "3"]
+    spin_after: Float[ndarray, "3"]
     facing: float  # normal . blade normal: 1 full face, -1 back; 0 off the drone
     blade_point: tuple[float, float]  # in semi-axes: left, up; (0, 0) off the blade
 
@@ -70,7 +62,7 @@ def state_of(ball: Ball) -> BallState:
 
 def advance(
     state: BallState, start_time: float, track: Track, solids: Solids
-) -> tuple[Float[ndarray, "ticks 9"], tuple[Contact, ...]]:
+) -> tuple[Float[ndarray, "ticks 9"], Contacts]:
     """Fly a ball along a drone's track.
 
     Args:
@@ -81,30 +73,53 @@ def advance(
 
     Returns:
         The ball's state after each tick, and its contacts in order.
+
+    Raises:
+        InputError: a state or track that is not finite, impossible solids.
     """
-    ticks = len(track) - 1
-    path, rows = np.empty((ticks, 9)), np.empty((MOST_CONTACTS, 14))
-    count = kernels.advance(
-        state.copy(), start_time, ticks, track, solids, kernels.make_work(), rows, path
-    )
-    return path, tuple(contact_from_row(row) for row in rows[: min(count, MOST_CONTACTS)])
+    paths, contacts = advance_many(state[None], start_time, track[None], solids)
+    return paths[0], contacts[0]
+
+
+def advance_many(
+    states: Float[ndarray, "n 9"],
+    start_time: float,
+    tracks: Float[ndarray, "n instants 7"],
+    solids: Solids | Sequence[Solids],
+) -> tuple[Float[ndarray, "n ticks 9"], tuple[Contacts, ...]]:
+    """Fly many balls, each along a drone's track of its own: the loop over `advance`, bit for bit.
+
+    Args:
+        states: the balls at the tracks' first instant.
+        start_time: that instant, s.
+        tracks: poses at successive ticks, of as many drones.
+        solids: what there is to touch, for all or one for each.
+
+    Returns:
+        The balls' states after each tick, and each ball's contacts in order.
+
+    Raises:
+        InputError: a state or track that is not finite, impossible solids.
+    """
+    _require_finite(states, tracks)
+    return _advance_many(states, start_time, tracks, solids, ticks=tracks.shape[1] - 1)
 
 
 def fly_over_court(state: BallState, ticks: int, solids: Solids) -> Float[ndarray, "ticks 9"]:
     """Fly a ball over the court without a drone; return its state after each tick."""
-    return advance(state, 0.0, _nobody(ticks), solids)[0]
+    return _over_court(state, ticks, solids)[0]
 
 
-def land(state: BallState, solids: Solids, longest: float = 3.0) -> tuple[Contact, ...]:
+def land(state: BallState, solids: Solids, longest: float = 3.0) -> Contacts:
     """Fly a ball over the court without a drone; return its contacts up to the floor."""
-    contacts = advance(state, 0.0, _nobody(round(longest / TICK)), solids)[1]
+    contacts = _over_court(state, round(longest / TICK), solids)[1]
     floor = next((i for i, c in enumerate(contacts) if c.solid == "floor"), len(contacts))
     return contacts[: floor + 1]
 
 
 def approach(
     state: BallState, plane_x: float, solids: Solids, longest: float = 3.0
-) -> tuple[float | None, BallState, tuple[Contact, ...]]:
+) -> tuple[float | None, BallState, Contacts]:
     """Fly a ball over the empty court until its centre passes x = plane_x.
 
     The flight is given up after `longest` seconds, or at its eighth contact.
@@ -113,10 +128,10 @@ def approach(
         Time of the crossing (None: it never came), the state there (nan if not), and the contacts
         before.
     """
-    crossing, rows = np.full(9, np.nan), np.empty((MOST_BOUNCES, 14))
-    time, count = kernels.approach(
-        state.copy(), plane_x, longest, _coarse(solids), kernels.make_work(), rows, crossing
-    )
+    _require_finite(state)
+    crossing, rows = np.full(9, np.nan), np.empty((MOST_BOUNCES, kernels.CONTACT_COLUMNS))
+    numbers = parameters(solids._replace(tick=COARSE_TICK))
+    time, count = kernels.approach(state.copy(), plane_x, longest, numbers, rows, crossing)
     contacts = tuple(contact_from_row(row) for row in rows[: min(count, len(rows))])
     return (time if time >= 0.0 else None), crossing, contacts
 
@@ -126,7 +141,7 @@ def miss_distances(
 ) -> Float[ndarray, "n"]:
     """Return the gap between the ball's surface and the blade at each instant, m."""
     out = np.empty(len(positions))
-    kernels.blade_gaps(positions, track, racket, np.empty((3, 3)), np.empty(3), np.empty(3), out)
+    _passing_kernels.blade_gaps(positions, track, sizes_of(racket), out)
     return out
 
 
@@ -138,40 +153,85 @@ def time_error(
     The smallest shift in time at which blade and ball would have met face to face; None if there
     is none within `longest`.
     """
-    most, scratch = round(longest / TICK), (np.empty((3, 3)), np.empty(3), np.empty(3))
-    lag = kernels.lateness(positions, track, racket, most, scratch)
+    most = round(longest / TICK)
+    lag = _passing_kernels.lateness(positions, track, sizes_of(racket), most)
     return lag * TICK if lag <= most else None
 
 
 def drone_touches_court(track: Track, hull: Hull) -> bool:
     """Tell whether the hull of a nearly level drone reached floor, table or net."""
-    x, y, z = track[:, 0], track[:, 1], track[:, 2]
+    return bool(drones_touch_court(track[None], hull)[0])
+
+
+def drones_touch_court(tracks: Float[ndarray, "n instants 7"], hull: Hull) -> Bool[ndarray, "n"]:
+    """Tell for many drones what `drone_touches_court` tells for one."""
+    x, y, z = tracks[..., 0], tracks[..., 1], tracks[..., 2]
     low = z - hull.half_height
     over_table = (np.abs(x) < TABLE_HALF_LENGTH + hull.radius) & (
         np.abs(y) < TABLE_HALF_WIDTH + hull.radius
     )
     at_net = (np.abs(x) < hull.radius) & (np.abs(y) < NET_HALF_LENGTH + hull.radius)
     hits = (low < FLOOR_HEIGHT) | (over_table & (low < 0.0))
-    return bool(np.any(hits | (at_net & (low < NET_HEIGHT))))
+    return np.any(hits | (at_net & (low < NET_HEIGHT)), axis=-1)
 
 
-def _nobody(ticks: int) -> Track:
-    """Return the track of a drone out of everybody's way."""
-    return np.tile([0.0, 0.0, 99.0, 1.0, 0.0, 0.0, 0.0], (ticks + 1, 1))
+def _advance_many(
+    states: Float[ndarray, "n 9"],
+    start_time: float,
+    tracks: Float[ndarray, "n instants 7"],
+    solids: Solids | Sequence[Solids],
+    *,
+    ticks: int,
+) -> tuple[Float[ndarray, "n ticks 9"], tuple[Contacts, ...]]:
+    n, each = len(states), (solids,) if isinstance(solids, Solids) else tuple(solids)
+    if len(each) not in (1, n) or len(tracks) != n:
+        raise InputError(f"{n} balls, {len(tracks)} tracks and {len(each)} solids: expected as many")
+    paths, rows = np.empty((n, ticks, 9)), np.empty((n, MOST_CONTACTS, kernels.CONTACT_COLUMNS))
+    counts = np.zeros(n, dtype=np.int64)
+    kernels.advance_many(
+        np.ascontiguousarray(states, dtype=float),
+        float(start_time),
+        np.ascontiguousarray(tracks, dtype=float),
+        parameters(each[0])[None] if len(each) == 1 else np.array([*map(parameters, each)]),
+        rows,
+        counts,
+        paths,
+    )
+    kept = np.minimum(counts, MOST_CONTACTS).tolist()
+    return paths, tuple(tuple(map(contact_from_row, rows[i, :k])) for i, k in enumerate(kept))
 
 
-def _coarse(solids: Solids) -> Solids:
-    return solids._replace(tick=COARSE_TICK)
+def _over_court(
+    state: BallState, ticks: int, solids: Solids
+) -> tuple[Float[ndarray, "ticks 9"], Contacts]:
+    """Fly one ball where there is no drone."""
+    _require_finite(state)
+    no_drone = np.empty((1, 0, 7))
+    paths, contacts = _advance_many(state[None], 0.0, no_drone, solids, ticks=ticks)
+    return paths[0], contacts[0]
 
 
-def contact_from_row(row: Float[ndarray, "14"]) -> Contact:
+def _require_finite(states: Float[ndarray, "*n 9"], tracks: Float[ndarray, "..."] | None = None) -> None:
+    if not np.isfinite(states).all():
+        raise InputError(f"ball {states}: expected finite position, velocity and spin")
+    if tracks is not None and not np.isfinite(tracks).all():
+        raise InputError("track of the drone: expected finite poses")
+
+
+def sizes_of(racket: Racket) -> Float[ndarray, "5"]:
+    """Return half axes and place of a blade, as the kernels take them, m."""
+    return np.array(racket[1:], dtype=float)
+
+
+def contact_from_row(row: Float[ndarray, "27"]) -> Contact:
     """Return the contact that a kernel wrote down."""
+    solid = int(row[kernels.SOLID])
+    parts = (row[start : start + 3].copy() for start in range(kernels.POSITION, kernels.FACING, 3))
     return Contact(
-        time=float(row[0]),
-        solid=SOLIDS[int(row[1])],
-        position=row[2:5].copy(),
-        velocity=row[5:8].copy(),
-        normal=row[8:11].copy(),
-        facing=float(row[11]),
-        blade_point=(float(row[12]), float(row[13])),
+        float(row[kernels.TIME]),
+        SOLIDS[solid],
+        PARTS[solid][int(row[kernels.PART])],
+        *parts,
+        facing=float(row[kernels.FACING]),
+        blade_point=(float(row[kernels.BLADE_POINT]), float(row[kernels.BLADE_POINT + 1])),
     )

@@ -14,10 +14,11 @@ from numpy import ndarray
 
 from rotorpong.drone import Outcome, Verdict
 from rotorpong.world import _judging_kernels as kernels
-from rotorpong.world._contact_kernels import CONTACT_COLUMNS
+from rotorpong.world._contact_kernels import CONTACT_COLUMNS, FACING, SOLID
 from rotorpong.world._judging_kernels import LONGEST_SERVE as LONGEST_SERVE
-from rotorpong.world.contact import SOLIDS, TICK, Contact, Solids, land
+from rotorpong.world.contact import Contact, land, sizes_of
 from rotorpong.world.racket import Hull, Racket
+from rotorpong.world.solids import SOLIDS, TICK, Solids
 
 ENDINGS: tuple[Outcome | None, ...] = (None, "hit", "hull", "fault", "miss", "near_hit")  # by code
 
@@ -42,9 +43,9 @@ def ending(
     """
     rows = np.zeros((len(contacts), CONTACT_COLUMNS))
     for row, contact in zip(rows, contacts, strict=True):
-        row[kernels.SOLID_COLUMN] = SOLIDS.index(contact.solid)
-        row[kernels.FACING_COLUMN] = contact.facing
-    code, index = kernels.ending(rows, path, track, ticks, hull)
+        row[SOLID] = SOLIDS.index(contact.solid)
+        row[FACING] = contact.facing
+    code, index = kernels.ending(rows, path, track, ticks, (hull.radius, hull.half_height))
     return ENDINGS[code], contacts[index] if index >= 0 else None
 
 
@@ -61,7 +62,9 @@ def judge(
         racket: of the drone.
     """
     scratch = np.empty((len(balls), 3))
-    code, miss, lag = kernels.judged(ENDINGS.index(outcome), balls, track, racket, scratch)
+    code, miss, lag = kernels.judged(
+        ENDINGS.index(outcome), balls, track, sizes_of(racket), scratch
+    )
     late = lag * TICK if abs(lag) <= kernels.LONGEST_LAG else None
     if code == kernels.HIT and contact is not None:
         return Verdict("hit", math.hypot(*contact.blade_point), contact.time), miss, late

@@ -1,13 +1,15 @@
 """Serves: how balls are thrown at the drone.
 
 A serve of the kind `human` is a table-tennis throw: it clears the net, bounces exactly once, on
-the drone's half, and passes a target on the blade plane. The target is drawn first and kept;
-release, speed and spin are drawn again until some launch direction meets the target, with drag,
-Magnus force and bounce solved exactly. Where two arcs do, the lower one is thrown. World frame.
+the drone's half, and passes a target on the blade plane. `hard` has wider targets and more spin;
+`lob` comes directly, touching nothing. The target is drawn first and kept; release, speed and spin
+are drawn again until some launch direction meets the target, with drag, Magnus force and bounce
+solved exactly. Where two arcs do, the lower one is thrown. World frame.
 """
 
 import math
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -16,11 +18,13 @@ from numpy import ndarray
 from rotorpong.conventions import BALL_RADIUS, UnsolvableServeError
 from rotorpong.physics.ball import TABLE_SURFACE, Air, Ball, Surface
 from rotorpong.world import _serve_kernels
-from rotorpong.world.contact import BallState, Solids, approach, state_of
+from rotorpong.world.contact import COARSE_TICK, BallState, approach, state_of
 from rotorpong.world.racket import HOME_BLADE
+from rotorpong.world.solids import Solids, parameters
 
 PLANE_X = HOME_BLADE[0] + BALL_RADIUS  # where the ball's centre is when it touches the blade
 MOST_TRIES = 1000
+SCAN_STEP = 0.02  # s, of the flights that look for a launch
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,9 +49,13 @@ class ServeKind:
     release_up: tuple[float, float] = (-0.4, 0.2)  # from blade height
     approach_speed: tuple[float, float] = (6.0, 8.0)  # m/s along -x
     spin_sd: float = 20.0  # rad/s, each axis
+    bounces: Literal[0, 1] = 1  # on the drone's half
 
 
 HUMAN = ServeKind("human")
+HARD = ServeKind("hard", target_left=(-0.5, 0.5), spin_sd=60.0)
+LOB = ServeKind("lob", bounces=0)
+KINDS = {kind.name: kind for kind in (HUMAN, HARD, LOB)}
 
 CONSTANT_SPEED_SD = 0.2  # m/s
 CONSTANT_ANGLE_SD = math.radians(2.0)
@@ -72,7 +80,7 @@ def draw_at(kind: ServeKind, target: tuple[float, float], rng: np.random.Generat
         position = np.array(HOME_BLADE) + np.array([ahead, left, up])
         speed = rng.uniform(*kind.approach_speed)
         spin = rng.normal(0.0, kind.spin_sd, size=3)
-        velocity = launch(position, speed, spin, target)
+        velocity = launch(position, speed, spin, target, bounces=kind.bounces)
         if velocity is not None:
             return Serve(Ball(position, velocity, spin), target=target)
     raise UnsolvableServeError(
@@ -86,20 +94,23 @@ def launch(
     speed: float,
     spin: Float[ndarray, "3"],
     target: tuple[float, float],
+    *,
+    bounces: int = 1,
 ) -> Float[ndarray, "3"] | None:
     """Return the launch velocity of the lower arc that obeys the rules; None if there is none."""
     state = np.concatenate([position, [-speed, 0.0, 0.0], spin])
     goal = np.array([HOME_BLADE[1] + target[0], HOME_BLADE[2] + target[1]])
-    solved, vy, vz = _serve_kernels.solve(state, PLANE_X, goal, Solids(tick=0.004))
+    steps = np.array([parameters(Solids(tick=tick)) for tick in (SCAN_STEP, COARSE_TICK)])
+    solved, vy, vz = _serve_kernels.solve(state, PLANE_X, goal, bounces, steps)
     return np.array([-speed, vy, vz]) if solved else None
 
 
-def obeys_rules(serve: Serve) -> bool:
-    """Tell whether a serve bounces once, on the drone's half, and touches nothing else."""
+def obeys_rules(serve: Serve, *, bounces: int = 1) -> bool:
+    """Tell whether a serve bounces as often, on the drone's half, and touches nothing else."""
     solids = Solids(air=serve.air, table=serve.table)
     time, _, contacts = approach(state_of(serve.ball), PLANE_X, solids)
-    bounced = len(contacts) == 1 and contacts[0].solid == "table"
-    return time is not None and bounced and bool(contacts[0].position[0] < 0.0)
+    there = all(c.solid == "table" and c.position[0] < 0.0 for c in contacts)
+    return time is not None and there and len(contacts) == bounces
 
 
 def crossing(serve: Serve) -> tuple[float | None, BallState]:
