@@ -40,7 +40,7 @@ def test_an_episode_is_one_step_and_begins_at_the_plane():
         ball, info = env.reset(seed=SEED if trial == 0 else None)
         assert info["triggered"]
         assert 1.5 < ball[2] < 2.5
-        assert -10.0 < ball[5] < -5.0
+        assert -10.0 < ball[5] < -3.0
         again, reward, terminated, truncated, info = env.step(np.zeros(7, np.float32))
         assert np.array_equal(again, ball)
         assert (terminated, truncated) == (True, False)

@@ -7,7 +7,7 @@ serves and the same noise. `reset(options={"trial": i})` begins with trial i.
 
 import functools
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -46,7 +46,7 @@ def arena(
     serves: str,
     racket: str,
     *,
-    purpose: Purpose,
+    purpose: str,
     eyes: str = "truth",
 ) -> Arena:
     """Return the arena that an environment's arguments describe.
@@ -58,7 +58,7 @@ def arena(
     spec = Spec(
         player="hover", eyes=eyes, vehicle=vehicle, camera=camera, serves=serves, racket=racket
     ).check()
-    return Arena(spec, spec.setting(), purpose)
+    return Arena(spec, spec.setting(), cast("Purpose", purpose))
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,14 +104,17 @@ def place_of(
 
 
 def told(
-    place: Place, outcome: Outcome | None, miss_distance: float, time_error: float
+    place: Place,
+    outcome: Outcome | None = None,
+    miss_distance: float | None = None,
+    time_error: float | None = None,
 ) -> dict[str, Any]:
-    """Return the info of a step; `outcome` is None while the serve goes on, numbers then nan."""
+    """Return the info of a step; what is not known, or not yet, is None."""
     return {
         "hit": outcome == "hit",
         "reachable": None,
-        "miss_distance_m": float(miss_distance),
-        "time_error_s": float(time_error),
+        "miss_distance_m": miss_distance,
+        "time_error_s": time_error,
         "outcome": outcome,
         "seed": place.seed,
         "trial": place.trial,

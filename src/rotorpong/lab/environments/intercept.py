@@ -31,7 +31,6 @@ from rotorpong.lab.environments.arena import (
     told,
 )
 from rotorpong.lab.environments.spaces import Quantity, action_of, box, within
-from rotorpong.lab.seeds import Purpose
 from rotorpong.physics.camera import Camera
 from rotorpong.physics.vehicle import Vehicle
 from rotorpong.world.batch import STATE, ServeBatch
@@ -72,9 +71,9 @@ ACTION = tuple(
 )
 
 
-def reward_of(outcome: Outcome | None, miss_distance: float, shaping: float) -> float:
-    """Return the reward of a step; 0 while the serve goes on."""
-    if outcome is None or outcome == "fault":
+def reward_of(outcome: Outcome, miss_distance: float, shaping: float) -> float:
+    """Return what a serve that is over pays."""
+    if outcome == "fault":
         return 0.0
     return 1.0 if outcome == "hit" else shaping * math.exp(-miss_distance / SHAPING_LENGTH)
 
@@ -97,7 +96,7 @@ class InterceptEnv(gym.Env[Float32[ndarray, "18"], Float32[ndarray, "4"]]):
         camera: str | Camera = "gazebo",
         serves: str = "human",
         racket: str = "cardboard",
-        purpose: Purpose = "evaluate",
+        purpose: str = "evaluate",
         shaping: float = 0.0,
         render_mode: str | None = None,
     ) -> None:
@@ -129,11 +128,9 @@ class InterceptEnv(gym.Env[Float32[ndarray, "18"], Float32[ndarray, "4"]]):
         else:
             self._batch.restart([0], [cast])
         self._batch.advance()
-        return self._observation(self._batch), told(self._place, None, math.nan, math.nan)
+        return self._observation(self._batch), told(self._place)
 
-    def step(
-        self, action: Float32[ndarray, "4"]
-    ) -> tuple[Float32[ndarray, "18"], float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[Float32[ndarray, "18"], float, bool, bool, dict[str, Any]]:
         """Command a velocity and wait for the next frame.
 
         Raises:
@@ -145,10 +142,12 @@ class InterceptEnv(gym.Env[Float32[ndarray, "18"], Float32[ndarray, "4"]]):
         batch.command(action_of(action, (4,))[None] * self._limits)
         batch.advance()
         outcome = batch.outcomes[0]
-        miss = float(batch.miss_distances[0])
-        info = told(place, outcome, miss, float(batch.time_errors[0]))
+        if outcome is None:
+            return self._observation(batch), 0.0, False, False, told(place)
+        miss, late = float(batch.miss_distances[0]), float(batch.time_errors[0])
+        info = told(place, outcome, miss, None if math.isnan(late) else late)
         reward = reward_of(outcome, miss, self._shaping)
-        return self._observation(batch), reward, outcome is not None, False, info
+        return self._observation(batch), reward, True, False, info
 
     def render(self) -> UInt8[ndarray, "height width 3"] | None:
         """Return the onboard picture of the last frame, in red, green, blue.

@@ -24,7 +24,6 @@ from rotorpong.lab.environments.intercept import (
     reward_of,
 )
 from rotorpong.lab.environments.spaces import action_of, box, within
-from rotorpong.lab.seeds import Purpose
 from rotorpong.physics.camera import Camera
 from rotorpong.physics.vehicle import Vehicle
 from rotorpong.world.batch import ServeBatch
@@ -45,7 +44,7 @@ class InterceptVectorEnv(VectorEnv[Float32[ndarray, "n 18"], Float32[ndarray, "n
         camera: str | Camera = "gazebo",
         serves: str = "human",
         racket: str = "cardboard",
-        purpose: Purpose = "evaluate",
+        purpose: str = "evaluate",
         shaping: float = 0.0,
     ) -> None:
         """Choose what is played; see docs/environments.md.
@@ -87,7 +86,7 @@ class InterceptVectorEnv(VectorEnv[Float32[ndarray, "n 18"], Float32[ndarray, "n
         return self._observation(self._batch), {}
 
     def step(
-        self, actions: Float32[ndarray, "n 4"]
+        self, actions: Any
     ) -> tuple[
         Float32[ndarray, "n 18"],
         Float[ndarray, "n"],

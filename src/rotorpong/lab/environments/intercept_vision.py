@@ -26,7 +26,6 @@ from rotorpong.lab.environments.arena import (
 )
 from rotorpong.lab.environments.intercept import ACTION, require_shaping, reward_of
 from rotorpong.lab.environments.spaces import Quantity, action_of, box, within
-from rotorpong.lab.seeds import Purpose
 from rotorpong.physics.camera import Camera
 from rotorpong.physics.vehicle import Vehicle
 from rotorpong.world.simulated_drone import SimulatedDrone
@@ -67,7 +66,7 @@ class InterceptVisionEnv(gym.Env[Seen, Float32[ndarray, "4"]]):
         camera: str | Camera = "gazebo",
         serves: str = "human",
         racket: str = "cardboard",
-        purpose: Purpose = "evaluate",
+        purpose: str = "evaluate",
         shaping: float = 0.0,
         render_mode: str | None = None,
     ) -> None:
@@ -106,9 +105,9 @@ class InterceptVisionEnv(gym.Env[Seen, Float32[ndarray, "4"]]):
         if observation is None:
             raise InputError(f"trial {self._place.trial}: the serve ended before the first frame")
         self._seen = self._seen_in(observation)
-        return self._seen, told(self._place, None, math.nan, math.nan)
+        return self._seen, told(self._place)
 
-    def step(self, action: Float32[ndarray, "4"]) -> tuple[Seen, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[Seen, float, bool, bool, dict[str, Any]]:
         """Command a velocity and wait for the next frame.
 
         Raises:
@@ -122,11 +121,10 @@ class InterceptVisionEnv(gym.Env[Seen, Float32[ndarray, "4"]]):
         observation = drone.observe()
         if observation is not None:
             self._seen = self._seen_in(observation)
-            return self._seen, 0.0, False, False, told(place, None, math.nan, math.nan)
+            return self._seen, 0.0, False, False, told(place)
         truth = drone.truth()
         outcome, miss = truth.verdict.outcome, truth.miss_distance
-        late = math.nan if truth.time_error is None else truth.time_error
-        info = told(place, outcome, miss, late)
+        info = told(place, outcome, miss, truth.time_error)
         self._seen = {name: part.copy() for name, part in self._seen.items()}
         return self._seen, reward_of(outcome, miss, self._shaping), True, False, info
 

@@ -33,7 +33,6 @@ from rotorpong.lab.environments.arena import (
 )
 from rotorpong.lab.environments.intercept_vision import drone_of
 from rotorpong.lab.environments.spaces import Quantity, action_of, box, within
-from rotorpong.lab.seeds import Purpose
 from rotorpong.lab.spec import Spec
 from rotorpong.physics.camera import Camera
 from rotorpong.physics.vehicle import Vehicle
@@ -93,7 +92,7 @@ class PrimitiveEnv(gym.Env[Float32[ndarray, "6"], Float32[ndarray, "7"]]):
         camera: str | Camera = "gazebo",
         serves: str = "human",
         racket: str = "cardboard",
-        purpose: Purpose = "evaluate",
+        purpose: str = "evaluate",
         render_mode: str | None = None,
     ) -> None:
         """Choose what is played; see docs/environments.md.
@@ -118,12 +117,10 @@ class PrimitiveEnv(gym.Env[Float32[ndarray, "6"], Float32[ndarray, "7"]]):
         drone = drone_of(self._arena, self._place)
         self._serve = _Serve(drone, self._arena.spec.make_eyes(drone))
         estimate = self._serve.wait(self._player)
-        info = told(self._place, None, math.nan, math.nan)
+        info = told(self._place)
         return self._observation(estimate), info | {"triggered": estimate is not None}
 
-    def step(
-        self, action: Float32[ndarray, "7"]
-    ) -> tuple[Float32[ndarray, "6"], float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[Float32[ndarray, "6"], float, bool, bool, dict[str, Any]]:
         """Fly to a hitting point and on to the end of the serve.
 
         Raises:
@@ -134,10 +131,9 @@ class PrimitiveEnv(gym.Env[Float32[ndarray, "6"], Float32[ndarray, "7"]]):
             raise InputError("no serve is on its way: call reset() before step()")
         serve.play(self._player, hitting_point_of(action_of(action, (7,))))
         truth = serve.drone.truth()
-        late = math.nan if truth.time_error is None else truth.time_error
         unseen = truth.verdict.outcome == "miss" and not serve.has_seen
         outcome = "unseen" if unseen else truth.verdict.outcome
-        info = told(place, outcome, truth.miss_distance, late)
+        info = told(place, outcome, truth.miss_distance, truth.time_error)
         info["triggered"] = serve.estimate is not None
         reward = reward_of(truth, self._arena.spec.racket)
         return self._observation(serve.estimate), reward, True, False, info
