@@ -56,15 +56,25 @@ class PaperSettings:
 
 
 @dataclass(frozen=True, slots=True)
-class _Plan:
-    """A motion being executed."""
+class Stroke:
+    """A motion towards a hitting point, flown open loop."""
 
     begin: float  # s, t_i
-    ball: Float[ndarray, "6"]
-    goal: Float[ndarray, "7"]
-    weights: Float[ndarray, "k"]
+    ball: Float[ndarray, "6"]  # s
+    goal: Float[ndarray, "7"]  # delta
+    weights: Float[ndarray, "k"]  # gamma
     dmp: Dmp
     start: State
+
+    def command(self, now: float, interval: float) -> VelocityCommand:
+        """Return what to command at `now` until the next command, `interval` later (s)."""
+        duration = float(self.goal[6])
+        begin, end = now - self.begin, min(now - self.begin + interval, duration)
+        if end <= begin:
+            return HOVER
+        goal = State(self.goal[:3], self.goal[3:6])
+        motion = self.dmp.roll_out(self.start, goal, duration, np.array([begin, end]))
+        return held_velocity(motion.position[0], motion.position[1], end - begin)
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +121,7 @@ class PaperPlayer:
         self._goal_scale = _Scale.of(np.stack([lesson.hitting_point for lesson in lessons]))
         self._crkr = CrKR(np.full(6, self._settings.length_scale), self._settings.regularization)
         self._mixture = Mixture.prior(len(lessons), features=14)
-        self._plan: _Plan | None = None
+        self._stroke: Stroke | None = None
         self._odometer = Odometer()
         for k, lesson in enumerate(lessons):
             credit = np.eye(len(lessons))[k]
@@ -119,16 +129,17 @@ class PaperPlayer:
 
     def play(self, drone: Drone, eyes: Eyes, rng: np.random.Generator) -> None:
         """Play one serve."""
-        self._plan, self._odometer = None, Odometer()
+        self._stroke, self._odometer = None, Odometer()
         interval, before = DEFAULT_INTERVAL, math.nan
         while (observation := drone.observe()) is not None:
             self._odometer.add(observation.navdata)
             now = observation.arrival_time
             interval = interval if math.isnan(before) else now - before
             before = now
-            if self._plan is None:
-                self._plan = self._plan_at(eyes.see(observation), rng)
-            drone.command(self._command(now, interval))
+            if self._stroke is None:
+                self._stroke = self._stroke_at(eyes.see(observation), rng)
+            stroke = self._stroke
+            drone.command(HOVER if stroke is None else stroke.command(now, interval))
 
     def learn(self, verdict: Verdict) -> None:
         """Learn from the serve just played, if it was a hit."""
@@ -138,15 +149,15 @@ class PaperPlayer:
 
     def attempt(self, verdict: Verdict) -> Attempt | None:
         """Return what was tried in the serve just played, labelled; `None` if nothing was."""
-        if self._plan is None:
+        if self._stroke is None:
             return None
-        plan, goal = self._plan, self._plan.goal
-        if verdict.contact_time is not None and verdict.contact_time > plan.begin:
+        stroke, goal = self._stroke, self._stroke.goal
+        if verdict.contact_time is not None and verdict.contact_time > stroke.begin:
             if self._settings.labels == "achieved":
-                goal = hitting_point(self._odometer.path(plan.begin, verdict.contact_time))
+                goal = hitting_point(self._odometer.path(stroke.begin, verdict.contact_time))
             else:
-                goal = np.append(goal[:6], verdict.contact_time - plan.begin)
-        return Attempt(plan.ball, goal, plan.weights)
+                goal = np.append(goal[:6], verdict.contact_time - stroke.begin)
+        return Attempt(stroke.ball, goal, stroke.weights)
 
     def remember(self, attempt: Attempt, reward: float) -> None:
         """Add one success to the estimator and the mixture."""
@@ -164,35 +175,40 @@ class PaperPlayer:
         standard = self._ball_scale.standard(ball)[None]
         return self._crkr.predict(standard)[0] + self._goal_scale.mean
 
-    def _plan_at(self, estimate: BallEstimate | None, rng: np.random.Generator) -> _Plan | None:
-        if estimate is None or not self._settings.triggers(estimate):
-            return None
+    def triggers(self, estimate: BallEstimate) -> bool:
+        """Tell whether a ball is so near that the stroke begins."""
+        return self._settings.triggers(estimate)
+
+    def stroke(
+        self, estimate: BallEstimate, goal: Float[ndarray, "7"], velocity: Float[ndarray, "3"]
+    ) -> Stroke:
+        """Return the motion that the library mixes for a hitting point.
+
+        Args:
+            estimate: the ball at the trigger.
+            goal: delta: displacement (m) and velocity (m/s) in level camera axes, duration (s),
+                which is kept within what a motion may take.
+            velocity: of the body at the trigger, level camera axes, m/s.
+        """
         ball = np.concatenate([estimate.position, estimate.velocity])
-        goal = self.hitting_point(ball)
+        goal = np.append(goal[:6], np.clip(goal[6], SHORTEST, LONGEST))
+        weights = self._mixture.weights(self._features(ball, goal))
+        start = State(np.zeros(3), velocity)
+        return Stroke(estimate.time, ball, goal, weights, self.library.mix(weights), start)
+
+    def _stroke_at(self, estimate: BallEstimate | None, rng: np.random.Generator) -> Stroke | None:
+        if estimate is None or not self.triggers(estimate):
+            return None
+        goal = self.hitting_point(np.concatenate([estimate.position, estimate.velocity]))
         if self._explore:
             goal[:3] += rng.normal(0.0, self._settings.exploration_sd, size=3)
-        goal[6] = np.clip(goal[6], SHORTEST, LONGEST)
-        weights = self._mixture.weights(self._features(ball, goal))
-        start = State(np.zeros(3), self._odometer.velocity(estimate.time))
-        return _Plan(estimate.time, ball, goal, weights, self.library.mix(weights), start)
+        return self.stroke(estimate, goal, self._odometer.velocity(estimate.time))
 
     def _features(
         self, ball: Float[ndarray, "6"], goal: Float[ndarray, "7"]
     ) -> Float[ndarray, "14"]:
         parts = [[1.0], self._ball_scale.standard(ball), self._goal_scale.standard(goal)]
         return np.concatenate(parts)
-
-    def _command(self, now: float, interval: float) -> VelocityCommand:
-        plan = self._plan
-        if plan is None:
-            return HOVER
-        duration = float(plan.goal[6])
-        begin, end = now - plan.begin, min(now - plan.begin + interval, duration)
-        if end <= begin:
-            return HOVER
-        goal = State(plan.goal[:3], plan.goal[3:6])
-        motion = plan.dmp.roll_out(plan.start, goal, duration, np.array([begin, end]))
-        return held_velocity(motion.position[0], motion.position[1], end - begin)
 
 
 def _primitive(lesson: Lesson) -> Dmp:

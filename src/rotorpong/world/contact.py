@@ -134,7 +134,7 @@ def approach(
     crossing, rows = np.full(9, np.nan), np.empty((MOST_BOUNCES, kernels.CONTACT_COLUMNS))
     numbers = parameters(solids._replace(tick=COARSE_TICK))
     time, count = kernels.approach(state.copy(), plane_x, longest, numbers, rows, crossing)
-    contacts = tuple(_contact(row) for row in rows[: min(count, len(rows))])
+    contacts = tuple(contact_from_row(row) for row in rows[: min(count, len(rows))])
     return (time if time >= 0.0 else None), crossing, contacts
 
 
@@ -143,7 +143,7 @@ def miss_distances(
 ) -> Float[ndarray, "n"]:
     """Return the gap between the ball's surface and the blade at each instant, m."""
     out = np.empty(len(positions))
-    _passing_kernels.blade_gaps(positions, track, _sizes(racket), out)
+    _passing_kernels.blade_gaps(positions, track, sizes_of(racket), out)
     return out
 
 
@@ -156,7 +156,7 @@ def time_error(
     is none within `longest`.
     """
     most = round(longest / TICK)
-    lag = _passing_kernels.lateness(positions, track, _sizes(racket), most)
+    lag = _passing_kernels.lateness(positions, track, sizes_of(racket), most)
     return lag * TICK if lag <= most else None
 
 
@@ -202,7 +202,7 @@ def _advance_many(
         paths,
     )
     kept = np.minimum(counts, MOST_CONTACTS).tolist()
-    return paths, tuple(tuple(map(_contact, rows[i, :k])) for i, k in enumerate(kept))
+    return paths, tuple(tuple(map(contact_from_row, rows[i, :k])) for i, k in enumerate(kept))
 
 
 def _over_court(
@@ -224,11 +224,13 @@ def _require_finite(
         raise InputError("track of the drone: expected finite poses")
 
 
-def _sizes(racket: Racket) -> Float[ndarray, "5"]:
+def sizes_of(racket: Racket) -> Float[ndarray, "5"]:
+    """Return half axes and place of a blade, as the kernels take them, m."""
     return np.array(racket[1:], dtype=float)
 
 
-def _contact(row: Float[ndarray, "27"]) -> Contact:
+def contact_from_row(row: Float[ndarray, "27"]) -> Contact:
+    """Return the contact that a kernel wrote down."""
     solid = int(row[kernels.SOLID])
     parts = (row[start : start + 3].copy() for start in range(kernels.POSITION, kernels.FACING, 3))
     return Contact(

@@ -2,12 +2,10 @@
 
 The world ticks at 1 kHz. `observe` lets it run to the arrival of the next frame; a command acts
 from the instant at which it is given. Ball and vehicle are flown one after the other: the vehicle
-under its command, then the ball among court and vehicle. The serve is over when the ball is hit or
-touches the hull, lies on the floor or is well behind the drone, when the drone touches something,
-or after 3 s. What a player gets is an Observation; `truth` is for the laboratory.
+under its command, then the ball among court and vehicle. When the serve is over, and what became of
+it, is told by `judging`. What a player gets is an Observation; `truth` is for the laboratory.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass, fields
 
@@ -27,18 +25,15 @@ from rotorpong.drone import (
 )
 from rotorpong.geometry import rotation_from_quaternion
 from rotorpong.physics.camera import Camera, camera_from_body
-from rotorpong.physics.vehicle import Track, Vehicle
+from rotorpong.physics.vehicle import Vehicle
 from rotorpong.world.contact import (
     TICK,
     Contact,
     Solids,
     advance,
-    drone_touches_court,
-    land,
-    miss_distances,
     state_of,
-    time_error,
 )
+from rotorpong.world.judging import LONGEST_SERVE, ending, judge, landing_of
 from rotorpong.world.racket import HOME_BODY, Racket
 from rotorpong.world.render import Scene, render
 from rotorpong.world.sensors import draw_sensors, read
@@ -46,12 +41,6 @@ from rotorpong.world.serves import Serve
 
 CARDBOARD_RACKET = Racket()
 PLAIN_SCENE = Scene()
-LONGEST_SERVE = 3000  # ticks
-PASSED = 0.5  # m behind the centre of mass: the ball is gone,
-PASSED_TIME = 0.15  # s at its speed: if it is gone so far that a late blade would show
-FULL_FACE = math.cos(math.radians(45.0))
-NEAR_DISTANCE = 0.05  # m
-NEAR_TIME = 0.1  # s
 
 Tape = Sequence[tuple[float, VelocityCommand]]  # s, in order
 
@@ -177,16 +166,17 @@ class SimulatedDrone:
         while self._end is None:
             self._run(round(self._period))
         outcome, contact = self._end
-        log = self._log
-        verdict, miss, late = self._judge(outcome, contact)
+        log, racket = self._log, self._setting.racket
+        balls, track = log.ball[: log.ticks + 1], log.track[: log.ticks + 1]
+        verdict, miss, late = judge(outcome, contact, balls, track, racket)
         return Truth(
             verdict=verdict,
             miss_distance=miss,
             time_error=late,
-            landing_x=self._landing(contact) if outcome == "hit" and contact else None,
-            ball_path=log.ball[: log.ticks + 1, :3].copy(),
-            body_path=log.track[: log.ticks + 1, :3].copy(),
-            blade_path=_blade_path(log.track[: log.ticks + 1], self._setting.racket),
+            landing_x=landing_of(outcome, contact, balls, self._solids),
+            ball_path=balls[:, :3].copy(),
+            body_path=track[:, :3].copy(),
+            blade_path=blade_path(track, racket),
             contacts=tuple(log.contacts),
         )
 
@@ -215,48 +205,9 @@ class SimulatedDrone:
         poses = np.concatenate([track.position, track.quaternion], axis=1)
         path, contacts = advance(log.ball[start], start * TICK, poses, self._solids)
         log.add(path, poses, contacts)
-        self._end = self._ending(path, track, contacts)
+        outcome, contact = ending(contacts, path, poses, log.ticks, self._solids.hull)
+        self._end = None if outcome is None else (outcome, contact)
         return navdata
-
-    def _ending(
-        self, path: Float[ndarray, "ticks 9"], track: Track, contacts: tuple[Contact, ...]
-    ) -> tuple[Outcome, Contact | None] | None:
-        for contact in contacts:
-            if contact.solid == "blade" and contact.facing >= FULL_FACE:
-                return "hit", contact
-            if contact.solid == "hull":
-                return "hull", contact
-        poses = np.concatenate([track.position, track.quaternion], axis=1)
-        if drone_touches_court(poses, self._solids.hull):
-            return "fault", None
-        fallen = any(contact.solid == "floor" for contact in contacts)
-        behind = max(PASSED, -PASSED_TIME * path[-1, 3]) if len(path) else math.inf
-        passed = len(path) > 0 and path[-1, 0] < track.position[-1, 0] - behind
-        if fallen or passed or self._log.ticks >= LONGEST_SERVE:
-            return "miss", None
-        return None
-
-    def _judge(
-        self, outcome: Outcome, contact: Contact | None
-    ) -> tuple[Verdict, float, float | None]:
-        if outcome == "hit" and contact is not None:
-            return Verdict("hit", math.hypot(*contact.blade_point), contact.time), 0.0, 0.0
-        log, racket = self._log, self._setting.racket
-        ball, track = log.ball[: log.ticks + 1, :3], log.track[: log.ticks + 1]
-        miss = max(float(np.min(miss_distances(ball, track, racket))), 0.0)
-        late = time_error(ball, track, racket)
-        near = miss < NEAR_DISTANCE or (late is not None and abs(late) <= NEAR_TIME)
-        if outcome == "miss" and near:
-            outcome = "near_hit"
-        return Verdict(outcome), miss, late
-
-    def _landing(self, contact: Contact) -> float | None:
-        after = self._log.ball[min(math.ceil(contact.time / TICK), self._log.ticks)]
-        touched = (contact for contact in land(after, self._solids) if contact.solid != "net")
-        first = next(touched, None)
-        if first is None or first.solid != "table" or first.position[0] <= 0.0:
-            return None
-        return float(first.position[0])
 
     def _picture_at(self, tick: int) -> Frame:
         camera = self.camera
@@ -270,10 +221,17 @@ class SimulatedDrone:
         )
 
     def _eye(self, tick: int) -> tuple[Float[ndarray, "3"], Float[ndarray, "3 3"]]:
-        position, quaternion = np.split(self._log.track[tick], [3])
-        world_from_body = rotation_from_quaternion(quaternion)
-        eye = position + world_from_body @ np.array(self.camera.position_m)
-        return eye, world_from_body @ camera_from_body(self.camera).T
+        return eye_of(self._log.track[tick], self.camera)
+
+
+def eye_of(
+    pose: Float[ndarray, "7"], camera: Camera
+) -> tuple[Float[ndarray, "3"], Float[ndarray, "3 3"]]:
+    """Return where the camera of a drone is, world, and `world_from_camera`."""
+    position, quaternion = np.split(pose, [3])
+    world_from_body = rotation_from_quaternion(quaternion)
+    eye = position + world_from_body @ np.array(camera.position_m)
+    return eye, world_from_body @ camera_from_body(camera).T
 
 
 def _joined(parts: list[Navdata]) -> Navdata:
@@ -306,6 +264,7 @@ class _Log:
         self.contacts.extend(contacts)
 
 
-def _blade_path(track: Float[ndarray, "n 7"], racket: Racket) -> Float[ndarray, "n 3"]:
+def blade_path(track: Float[ndarray, "n 7"], racket: Racket) -> Float[ndarray, "n 3"]:
+    """Return where the blade's centre was at each pose, m, world."""
     centre = np.array([racket.x, racket.y, racket.z])
     return track[:, :3] + rotation_from_quaternion(track[:, 3:]) @ centre

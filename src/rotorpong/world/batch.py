@@ -1,0 +1,292 @@
+"""Many serves in lockstep, without pictures and navdata: for learning by millions of trials.
+
+Each row is one serve at one drone, with the noise, the frame times and the rules that
+`SimulatedDrone` would give it: same serve, same generators, same commands, same bits. `advance`
+lets every row that is not over run to the arrival of its own next frame; the rows' frames differ in
+phase and delay, so their clocks differ by less than that. A row that is over can be started again
+while the others go on. World frame.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, is_dataclass
+from typing import TypeVar
+
+import numpy as np
+from jaxtyping import Bool, Float, Int64
+from numpy import ndarray
+
+from rotorpong.conventions import InputError, Picture
+from rotorpong.drone import Outcome
+from rotorpong.physics.vehicle import Track, VehicleState
+from rotorpong.world import _batch_kernels as kernels
+from rotorpong.world import _judging_kernels as rules
+from rotorpong.world._contact_kernels import CONTACT_COLUMNS
+from rotorpong.world.contact import (
+    MOST_CONTACTS,
+    Contact,
+    contact_from_row,
+    sizes_of,
+    state_of,
+)
+from rotorpong.world.judging import ENDINGS, LONGEST_SERVE, judge, landing_of
+from rotorpong.world.racket import HOME_BODY
+from rotorpong.world.render import render
+from rotorpong.world.sensors import draw_sensors
+from rotorpong.world.serves import Serve
+from rotorpong.world.simulated_drone import Setting, Truth, blade_path, eye_of
+from rotorpong.world.solids import TICK, Solids, parameters
+
+STATE = (
+    "ball_forward_m",  # of the ball from the centre of mass, level body axes, at the exposure
+    "ball_left_m",
+    "ball_up_m",
+    "ball_forward_m_s",  # relative velocity of the ball, same axes and time
+    "ball_left_m_s",
+    "ball_up_m_s",
+    "own_forward_m_s",  # of the centre of mass, level body axes; this and what follows: now
+    "own_left_m_s",
+    "own_up_m_s",
+    "own_height_m",  # of the centre of mass above the table's surface
+    "roll_rad",
+    "pitch_rad",
+    "yaw_rad",
+    "roll_rate_rad_s",  # body rates, body axes
+    "pitch_rate_rad_s",
+    "yaw_rate_rad_s",
+    "time_s",  # since the release
+    "sight_age_s",  # since the exposure: the camera's delay
+)
+Rows = Int64[ndarray, "rows"]
+State = TypeVar("State")
+
+
+@dataclass(frozen=True, slots=True)
+class Cast:
+    """What one row plays: a serve, and the generators that `SimulatedDrone` takes."""
+
+    serve: Serve
+    vehicle_rng: np.random.Generator
+    sensor_rng: np.random.Generator
+
+
+class ServeBatch:
+    """n drones, each with one serve on its way."""
+
+    def __init__(self, setting: Setting, casts: Sequence[Cast]) -> None:
+        """Let every row hover at home at the instant of its release.
+
+        Args:
+            setting: what all serves meet; a blackout does not matter here.
+            casts: one for each row, at least one.
+
+        Raises:
+            InputError: no cast.
+        """
+        if not casts:
+            raise InputError("a batch of 0 serves: expected at least 1")
+        n = len(casts)
+        self.setting, self._racket = setting, setting.racket
+        self._period = 1.0 / (setting.camera.frames_per_second * TICK)  # ticks
+        self._limits = setting.vehicle.limits
+        self._solids = Solids(racket=setting.racket)
+        self._sizes = sizes_of(setting.racket)
+        self._serves = [cast.serve for cast in casts]
+        self._parameters = np.empty((n, len(parameters(self._solids))))
+        self._logs = (
+            np.empty((n, LONGEST_SERVE + 1, 9)),
+            np.empty((n, LONGEST_SERVE + 1, 7)),
+            np.zeros((n, 2), np.int64),
+        )
+        self._codes, self._deciding = np.zeros(n, np.int64), np.empty((n, CONTACT_COLUMNS))
+        self._contacts: list[list[Contact]] = [[] for _ in casts]
+        self._phases, self._delays = np.empty(n), np.empty(n, np.int64)
+        self._frames = np.zeros(n, np.int64)
+        self._commands, self._are_new = np.zeros((n, 4)), np.ones(n, bool)
+        self._judged = np.empty((2, n))
+        self._states: VehicleState = _stacked([self._cast(i, c) for i, c in enumerate(casts)])
+
+    @property
+    def over(self) -> Bool[ndarray, "n"]:
+        """Which serves are over."""
+        return self._codes != rules.PLAYING
+
+    def restart(self, rows: Sequence[int], casts: Sequence[Cast]) -> None:
+        """Begin new serves in some rows."""
+        for row, cast in zip(rows, casts, strict=True):
+            state = self._cast(row, cast)
+            _put(self._states, np.array([row]), _stacked([state]))
+
+    def command(
+        self, velocities: Float[ndarray, "n 4"], told: Bool[ndarray, "n"] | None = None
+    ) -> Float[ndarray, "n 4"]:
+        """Fly at these velocities (forward, left, up, yaw rate) from now on; return them clipped.
+
+        Args:
+            velocities: m/s and rad/s, one row for each serve.
+            told: which rows get their command; the others go on as before. All by default.
+
+        Raises:
+            InputError: a component is not finite, or there is not one command for each row.
+        """
+        if velocities.shape != self._commands.shape or not np.isfinite(velocities).all():
+            raise InputError(
+                f"commands {np.array2string(velocities, threshold=8)}: expected finite velocities "
+                f"in m/s and rad/s, shape {self._commands.shape}"
+            )
+        where = True if told is None else told[:, None]
+        np.clip(velocities, -self._limits, self._limits, out=self._commands, where=where)
+        self._are_new |= True if told is None else told
+        return self._commands.copy()
+
+    def advance(self) -> None:
+        """Let every row that is not over run until its next frame arrives, or its serve is over."""
+        rows = np.flatnonzero(self._codes == rules.PLAYING)
+        clocks = self._logs[2]
+        exposures = np.rint(self._phases[rows] + self._frames[rows] * self._period)
+        exposures = np.maximum(exposures, 1.0).astype(np.int64)
+        self._frames[rows] += 1
+        clocks[rows, kernels.EXPOSED] = exposures
+        goals = np.minimum(exposures + self._delays[rows], LONGEST_SERVE)
+        legs = 2 * (goals - clocks[rows, kernels.FLOWN]) + self._are_new[rows]
+        self._are_new[rows] = False
+        if len(rows) == 1:
+            self._leg(rows, int(legs[0]))
+            return
+        for leg in np.unique(legs):
+            self._leg(rows[legs == leg], int(leg))
+
+    def states(self) -> Float[ndarray, "n 18"]:
+        """Return what `STATE` names of every row, at its last frame or at the end of its serve."""
+        seen = np.empty((len(self._codes), len(STATE)))
+        kernels.see(self._states.motion, self._logs, TICK, seen)
+        return seen
+
+    @property
+    def outcomes(self) -> list[Outcome | None]:
+        """What became of each serve; None where it is not over."""
+        return [ENDINGS[code] for code in self._codes.tolist()]
+
+    @property
+    def miss_distances(self) -> Float[ndarray, "n"]:
+        """How near the blade came to each ball, m: 0 for a hit; nan where it is not over."""
+        return self._judged[0]
+
+    @property
+    def time_errors(self) -> Float[ndarray, "n"]:
+        """How late the blades were, s; nan where that cannot be told or the serve is not over."""
+        lags = self._judged[1]
+        return np.where(np.abs(lags) <= rules.LONGEST_LAG, lags * TICK, np.nan)
+
+    def picture(self, row: int) -> Picture:
+        """Return the last frame of a row, as the onboard camera shows it."""
+        balls, poses, clocks = self._logs
+        exposed = min(clocks[row, kernels.EXPOSED], clocks[row, kernels.FLOWN])
+        camera = self.setting.camera
+        eye, axes = eye_of(poses[row, exposed], camera)
+        return render(camera, eye, axes, balls[row, exposed, :3].copy(), self.setting.scene)
+
+    def truth(self, row: int) -> Truth:
+        """Return what really happened in a serve.
+
+        Raises:
+            InputError: it is not over.
+        """
+        outcome = ENDINGS[self._codes[row]]
+        if outcome is None:
+            raise InputError(f"the serve of row {row} is not over")
+        decided = outcome in {"hit", "hull"}
+        contact = contact_from_row(self._deciding[row]) if decided else None
+        end = self._logs[2][row, kernels.FLOWN] + 1
+        balls, track = self._logs[0][row, :end], self._logs[1][row, :end]
+        verdict, miss, late = judge(outcome, contact, balls, track, self._racket)
+        return Truth(
+            verdict=verdict,
+            miss_distance=miss,
+            time_error=late,
+            landing_x=landing_of(outcome, contact, balls, self._solids_of(self._serves[row])),
+            ball_path=balls[:, :3].copy(),
+            body_path=track[:, :3].copy(),
+            blade_path=blade_path(track, self._racket),
+            contacts=tuple(self._contacts[row]),
+        )
+
+    def _cast(self, row: int, cast: Cast) -> VehicleState:
+        """Write down a new serve; return how its vehicle starts."""
+        vehicle, camera = self.setting.vehicle, self.setting.camera
+        state = vehicle.start(np.array(HOME_BODY), cast.vehicle_rng)
+        draw_sensors(vehicle.sensor_noise, cast.sensor_rng)  # as SimulatedDrone: the phase is next
+        self._phases[row] = cast.sensor_rng.uniform(0.0, self._period)
+        self._delays[row] = round(cast.sensor_rng.uniform(*camera.delay_s) / TICK)
+        self._frames[row], self._codes[row] = 0, rules.PLAYING
+        self._commands[row], self._are_new[row] = 0.0, True
+        self._judged[:, row] = np.nan
+        self._contacts[row] = []
+        self._serves[row] = cast.serve
+        self._parameters[row] = parameters(self._solids_of(cast.serve))
+        self._logs[0][row, 0] = state_of(cast.serve.ball)
+        self._logs[2][row] = 0
+        return state
+
+    def _leg(self, rows: Rows, leg: int) -> None:
+        """Let leg // 2 ticks pass in these rows; leg % 2 says whether their commands are new."""
+        whole = len(rows) == len(self._codes)
+        states = self._states if whole else _taken(self._states, rows)
+        flown, track = self.setting.vehicle.advance(
+            states,
+            self._commands if whole else self._commands[rows],
+            ticks=leg // 2,
+            new_command=bool(leg % 2),
+        )
+        if whole:
+            self._states = flown
+        else:
+            _put(self._states, rows, flown)
+        self._fly_balls(rows, track)
+
+    def _fly_balls(self, rows: Rows, track: Track) -> None:
+        contacts = np.empty((len(rows), MOST_CONTACTS, CONTACT_COLUMNS))
+        counts = np.empty(len(rows), np.int64)
+        kernels.fly_leg(
+            rows,
+            (track.position, track.quaternion),
+            self._parameters,
+            self._logs,
+            (self._codes, self._deciding, contacts, counts),
+        )
+        for m in np.flatnonzero(counts):
+            touched = [contact_from_row(row) for row in contacts[m, : counts[m]]]
+            self._contacts[rows[m]].extend(touched)
+        ended = rows[self._codes[rows] != rules.PLAYING]
+        if len(ended):
+            scratch = np.empty((LONGEST_SERVE + 1, 3))
+            kernels.judge_rows(ended, self._logs, self._codes, self._sizes, scratch, self._judged)
+
+    def _solids_of(self, serve: Serve) -> Solids:
+        return self._solids._replace(air=serve.air, table=serve.table)
+
+
+def _stacked(states: Sequence[State]) -> State:
+    """Return one state with a leading axis, from states of single vehicles."""
+    first = states[0]
+    if isinstance(first, ndarray):
+        return np.stack(states)
+    assert is_dataclass(first), f"a vehicle's state is a dataclass of arrays, not {type(first)}"
+    parts = ([getattr(state, f.name) for state in states] for f in fields(first))
+    return type(first)(*map(_stacked, parts))
+
+
+def _taken(states: State, rows: Rows) -> State:
+    """Return the state of some rows."""
+    if isinstance(states, ndarray):
+        return states[rows]
+    return type(states)(*(_taken(getattr(states, f.name), rows) for f in fields(states)))
+
+
+def _put(states: State, rows: Rows, new: State) -> None:
+    """Overwrite the state of some rows in place."""
+    for f in fields(states):
+        old, part = getattr(states, f.name), getattr(new, f.name)
+        if isinstance(old, ndarray):
+            old[rows] = part
+        else:
+            _put(old, rows, part)

@@ -1,0 +1,91 @@
+"""What became of a serve: when it is over, its outcome, how near and how late the blade was.
+
+A serve ends when the ball is hit or touches the hull, when the drone touches something, when the
+ball lies on the floor or is well behind the drone, or after 3 s. The end is noticed at the end of a
+leg, a piece of flight between two frames. Outcomes are those of `rotorpong.drone`, the first that
+matches. One serve and a batch of them are judged by the same functions. World frame.
+"""
+
+import math
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from rotorpong.drone import Outcome, Verdict
+from rotorpong.world import _judging_kernels as kernels
+from rotorpong.world._contact_kernels import CONTACT_COLUMNS, FACING, SOLID
+from rotorpong.world._judging_kernels import LONGEST_SERVE as LONGEST_SERVE
+from rotorpong.world.contact import Contact, land, sizes_of
+from rotorpong.world.racket import Hull, Racket
+from rotorpong.world.solids import SOLIDS, TICK, Solids
+
+ENDINGS: tuple[Outcome | None, ...] = (None, "hit", "hull", "fault", "miss", "near_hit")  # by code
+
+BallPath = Float[ndarray, "n 9"]
+Track = Float[ndarray, "instants 7"]
+
+
+def ending(
+    contacts: tuple[Contact, ...], path: BallPath, track: Track, ticks: int, hull: Hull
+) -> tuple[Outcome | None, Contact | None]:
+    """Tell whether and how a serve ended in a leg.
+
+    Args:
+        contacts: of the leg.
+        path: the ball's state after each of its ticks.
+        track: the drone's poses, the departure included.
+        ticks: flown since the release.
+        hull: of the drone.
+
+    Returns:
+        The outcome as far as the leg tells it (None: it goes on) and the contact that decided.
+    """
+    rows = np.zeros((len(contacts), CONTACT_COLUMNS))
+    for row, contact in zip(rows, contacts, strict=True):
+        row[SOLID] = SOLIDS.index(contact.solid)
+        row[FACING] = contact.facing
+    code, index = kernels.ending(rows, path, track, ticks, (hull.radius, hull.half_height))
+    return ENDINGS[code], contacts[index] if index >= 0 else None
+
+
+def judge(
+    outcome: Outcome, contact: Contact | None, balls: BallPath, track: Track, racket: Racket
+) -> tuple[Verdict, float, float | None]:
+    """Return verdict, miss distance (m) and time error (s, positive: late) of a serve.
+
+    Args:
+        outcome: as `ending` says.
+        contact: which decided.
+        balls: states at all ticks, the release included.
+        track: the drone's poses at the same ticks.
+        racket: of the drone.
+    """
+    scratch = np.empty((len(balls), 3))
+    code, miss, lag = kernels.judged(
+        ENDINGS.index(outcome), balls, track, sizes_of(racket), scratch
+    )
+    late = lag * TICK if abs(lag) <= kernels.LONGEST_LAG else None
+    if code == kernels.HIT and contact is not None:
+        return Verdict("hit", math.hypot(*contact.blade_point), contact.time), miss, late
+    return Verdict(ENDINGS[code] or outcome), miss, late
+
+
+def landing_of(
+    outcome: Outcome, contact: Contact | None, balls: BallPath, solids: Solids
+) -> float | None:
+    """Return where a hit ball first touches the table beyond the net, x in m; None: it does not.
+
+    Args:
+        outcome: of the serve.
+        contact: which decided.
+        balls: states at all ticks, the release included.
+        solids: what the ball may meet.
+    """
+    if outcome != "hit" or contact is None:
+        return None
+    after = balls[min(math.ceil(contact.time / TICK), len(balls) - 1)]
+    first = next((touch for touch in land(after, solids) if touch.solid != "net"), None)
+    if first is None or first.solid != "table" or first.position[0] <= 0.0:
+        return None
+    return float(first.position[0])

@@ -1,0 +1,225 @@
+"""The environments play what `evaluate` plays, and keep Gymnasium's rules."""
+
+import subprocess
+import sys
+import warnings
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode
+
+from rotorpong.conventions import InputError
+from rotorpong.drone import VelocityCommand
+from rotorpong.lab.environments.intercept import reward_of
+from rotorpong.lab.serving import serve_source
+from rotorpong.lab.spec import Spec
+from rotorpong.lab.trial import Stage, play_trial
+
+INTERCEPT, VISION = "rotorpong/Intercept-v0", "rotorpong/InterceptVision-v0"
+PRIMITIVE = "rotorpong/Primitive-v0"
+LIMITS = np.array([2.0, 2.0, 0.5, 1.5])
+SEED = 5
+
+
+def actions(trial, n=120):
+    generator = np.random.default_rng(trial)
+    steady = generator.uniform(-0.6, 0.6, 4) * [1.0, 1.0, 1.0, 0.3]
+    return (steady + generator.normal(0.0, 0.1, (n, 4))).astype(np.float32)
+
+
+class Replaying:
+    """A player that gives the commands of given actions, one per frame."""
+
+    def __init__(self, actions):
+        self._actions = iter(actions)
+
+    def play(self, drone, eyes, rng):
+        while drone.observe() is not None:
+            drone.command(VelocityCommand(*(np.float64(next(self._actions)) * LIMITS).tolist()))
+
+    def learn(self, verdict):
+        raise AssertionError
+
+
+def evaluated(trial, **spec):
+    made = Spec(player="own", eyes="truth", seed=SEED, **spec)
+    stage = Stage(made, made.setting(), serve_source(made.serves, made.seed), "evaluate")
+    return play_trial(stage, trial, Replaying(actions(trial))).truth
+
+
+def episode(env, trial, **reset):
+    observation, info = env.reset(**reset)
+    assert (info["hit"], info["outcome"], info["miss_distance_m"]) == (False, None, None)
+    for steps, action in enumerate(actions(trial), start=1):
+        observation, reward, terminated, truncated, info = env.step(action)
+        assert not truncated
+        if terminated:
+            return observation, reward, info, steps
+    raise AssertionError("the serve never ended")
+
+
+def assert_as_evaluated(info, truth):
+    assert info["outcome"] == truth.verdict.outcome
+    assert info["hit"] == (truth.verdict.outcome == "hit")
+    assert info["miss_distance_m"] == truth.miss_distance
+    assert info["time_error_s"] == truth.time_error
+
+
+@pytest.mark.parametrize("name", [INTERCEPT, VISION])
+@pytest.mark.parametrize("camera", ["gazebo", "ardrone2_720p"])
+def test_an_episode_is_the_trial_that_evaluate_plays(name, camera):
+    env = gymnasium.make(name, camera=camera)
+    trials = range(12 if name == INTERCEPT else 2)
+    ends = set()
+    for trial in trials:
+        info = episode(env, trial, seed=SEED if trial == 0 else None)[2]
+        assert (info["seed"], info["trial"]) == (SEED, trial)
+        assert_as_evaluated(info, evaluated(trial, camera=camera))
+        ends.add(info["outcome"])
+    assert len(ends) > 1 or name == VISION
+
+
+def test_the_same_seed_and_trial_give_the_same_episode_and_others_do_not():
+    env = gymnasium.make(INTERCEPT, purpose="train")
+    first = env.reset(seed=3)[0]
+    second = env.reset()[0]
+    assert np.array_equal(env.reset(seed=3)[0], first)
+    assert np.array_equal(env.reset(options={"trial": 1})[0], second)
+    assert not np.array_equal(first, second)
+    assert not np.array_equal(env.reset(seed=4)[0], first)
+    other = gymnasium.make(INTERCEPT, purpose="evaluate")
+    assert not np.array_equal(other.reset(seed=3)[0], first)
+
+
+def test_a_vector_of_environments_is_each_of_them_trial_by_trial():
+    rows, trials = 6, 3
+    many = gymnasium.make_vec(INTERCEPT, num_envs=rows, shaping=0.5)
+    assert many.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
+    singles = [gymnasium.make(INTERCEPT, shaping=0.5) for _ in range(rows)]
+    seen, info = many.reset(seed=SEED)
+    assert info == {}
+    alone = [env.reset(seed=SEED + i)[0] for i, env in enumerate(singles)]
+    assert np.array_equal(seen, np.stack(alone))
+    over, finished, generator = np.zeros(rows, bool), np.zeros(rows, int), np.random.default_rng(0)
+    while finished.min() < trials:
+        told = generator.uniform(-1.2, 1.2, (rows, 4)).astype(np.float32)
+        seen, rewards, ended, truncated, info = many.step(told)
+        for i, env in enumerate(singles):
+            if over[i]:
+                single, reward, terminated, mine = env.reset()[0], 0.0, False, {}
+            else:
+                single, reward, terminated, _, mine = env.step(told[i])
+            assert np.array_equal(seen[i], single)
+            assert (rewards[i], ended[i], truncated[i]) == (reward, terminated, False)
+            if terminated:
+                assert info["_hit"][i]
+                for key in ("hit", "outcome", "miss_distance_m", "seed", "trial", "reachable"):
+                    assert info[key][i] == mine[key]
+                late = info["time_error_s"][i]
+                assert (None if np.isnan(late) else late) == mine["time_error_s"]
+        over = ended
+        finished += ended
+
+
+@pytest.mark.parametrize("name", [INTERCEPT, VISION])
+def test_gymnasiums_own_checks_pass_without_a_warning(name):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(gymnasium.make(name, render_mode="rgb_array").unwrapped)
+
+
+def test_observations_stay_in_their_space_and_pictures_have_their_size():
+    env = gymnasium.make(VISION, render_mode="rgb_array")
+    observation, _ = env.reset(seed=1)
+    assert observation["frame"].shape == (360, 640, 3)
+    assert np.array_equal(env.render(), observation["frame"])
+    state = gymnasium.make(INTERCEPT, render_mode="rgb_array")
+    state.reset(seed=1)
+    assert np.array_equal(state.render(), observation["frame"])
+    for trial in range(5):
+        assert state.observation_space.contains(episode(state, trial)[0])
+
+
+def test_actions_beyond_the_range_are_clipped_and_nan_is_refused():
+    env, far = gymnasium.make(INTERCEPT), gymnasium.make(INTERCEPT)
+    env.reset(seed=0)
+    far.reset(seed=0)
+    for _ in range(8):
+        one = env.step(np.array([1, -1, 1, -1], np.float32))[0]
+        two = far.step(np.array([7, -1e30, 1, -2], np.float32))[0]
+        assert np.array_equal(one, two)
+    for bad in (np.full(4, np.nan, np.float32), np.zeros(3), "left", [np.inf, 0, 0, 0]):
+        with pytest.raises(InputError, match="expected"):
+            env.unwrapped.step(bad)
+    many = gymnasium.make_vec(INTERCEPT, num_envs=2)
+    many.reset(seed=0)
+    with pytest.raises(InputError, match=r"shape \(2, 4\)"):
+        many.step(np.full((2, 4), np.nan, np.float32))
+
+
+@pytest.mark.parametrize("name", [INTERCEPT, VISION])
+def test_who_steps_before_a_reset_or_after_the_end_is_told_so(name):
+    env = gymnasium.make(name).unwrapped
+    with pytest.raises(InputError, match="call reset"):
+        env.step(np.zeros(4))
+    episode(env, 0, seed=0)
+    with pytest.raises(InputError, match="call reset"):
+        env.step(np.zeros(4))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"vehicle": "crazyflie"}, "unknown vehicle 'crazyflie'"),
+        ({"camera": "nikon"}, "camera 'nikon'"),
+        ({"serves": "smash"}, "serves 'smash'"),
+        ({"racket": "wood"}, "unknown racket 'wood'"),
+        ({"purpose": "fun"}, "unknown purpose 'fun'"),
+        ({"shaping": 1.0}, "shaping 1.0: expected a number from 0 to below 1"),
+        ({"shaping": float("nan")}, "shaping nan"),
+    ],
+)
+def test_an_unknown_argument_is_refused_with_what_there_is(arguments, message):
+    for make in (gymnasium.make, gymnasium.make_vec):
+        with pytest.raises(InputError, match=message):
+            make(INTERCEPT, **arguments)
+
+
+@pytest.mark.parametrize("trial", [-1, 1.5, "one", True])
+def test_a_trial_is_a_whole_number(trial):
+    with pytest.raises(InputError, match="trial"):
+        gymnasium.make(INTERCEPT).reset(options={"trial": trial})
+
+
+def test_seeds_of_a_vector_are_one_number_or_one_for_each_row():
+    many = gymnasium.make_vec(INTERCEPT, num_envs=3)
+    one = many.reset(seed=7)[0]
+    assert np.array_equal(many.reset(seed=[7, 8, 9])[0], one)
+    with pytest.raises(InputError, match="2 seeds: expected one for each of 3"):
+        many.reset(seed=[1, 2])
+    with pytest.raises(InputError, match="num_envs 0"):
+        gymnasium.make_vec(INTERCEPT, num_envs=0)
+
+
+def test_nothing_is_worth_as_much_as_a_hit():
+    assert reward_of("hit", 0.0, 0.9) == 1.0
+    assert reward_of("fault", 0.0, 0.9) == 0.0
+    for outcome in ("hull", "near_hit", "miss", "unseen"):
+        worth = [reward_of(outcome, miss, 0.9) for miss in (0.0, 0.05, 0.5)]
+        assert 1.0 > worth[0] > worth[1] > worth[2] > 0.0
+        assert reward_of(outcome, 0.0, 0.0) == 0.0
+
+
+def test_importing_the_package_registers_the_environments_and_loads_nothing_heavy():
+    code = (
+        "import sys, rotorpong, gymnasium; "
+        "print(*[i for i in gymnasium.registry if i.startswith('rotorpong/')]); "
+        "print(*[m for m in ('numba', 'cv2', 'scipy', 'matplotlib', 'rotorpong.world', "
+        "'rotorpong.lab', 'torch') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    names, heavy = done.stdout.split("\n")[:2]
+    assert {INTERCEPT, VISION, PRIMITIVE} == set(names.split())
+    assert heavy == ""
