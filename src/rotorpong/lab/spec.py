@@ -15,6 +15,7 @@ from typing import Any
 from rotorpong.conventions import InputError, require_seed
 from rotorpong.drone import Eyes, Player
 from rotorpong.lab.serving import SERVE_KINDS, serve_source
+from rotorpong.physics.ardrone2 import ARDRONE2, ARDRONE2_RAW
 from rotorpong.physics.camera import CAMERAS, Camera
 from rotorpong.physics.vehicle import TUM_GAZEBO, Vehicle
 from rotorpong.vision import PaperEyes, read_camera
@@ -25,7 +26,7 @@ from rotorpong.world.truth_eyes import TruthEyes
 PLAYERS = ("hover", "paper")
 LEARNERS = ("paper",)
 EYES = ("truth", "paper")
-VEHICLES: dict[str, Vehicle] = {TUM_GAZEBO.name: TUM_GAZEBO}
+VEHICLES: dict[str, Vehicle] = {v.name: v for v in (TUM_GAZEBO, ARDRONE2, ARDRONE2_RAW)}
 LARGEST_COUNT = 10_000_000
 
 
