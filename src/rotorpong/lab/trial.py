@@ -16,10 +16,11 @@ from rotorpong.drone import (
     VelocityCommand,
     Verdict,
 )
-from rotorpong.lab.seeds import Purpose, trial_generators
+from rotorpong.lab.randomize import draw_trial
+from rotorpong.lab.seeds import Generators, Purpose, trial_generators
 from rotorpong.lab.serving import ServeSource
 from rotorpong.lab.spec import Spec
-from rotorpong.world.serves import Serve
+from rotorpong.world.serves import PLAIN_MEDIUM, Serve
 from rotorpong.world.simulated_drone import Setting, SimulatedDrone, Truth
 
 
@@ -96,19 +97,28 @@ def play_trial(
     there, whatever the ball does after. What it raised goes to stderr.
     """
     generators = trial_generators(stage.spec.seed, stage.purpose, index)
-    serve = stage.serves(index, generators.serve)
-    drone = SimulatedDrone(
-        serve,
-        stage.setting,
-        vehicle_rng=generators.vehicle,
-        sensor_rng=generators.sensors,
-    )
-    witness = _Witness(stage.spec.make_eyes(drone))
+    serve, drone = meet(stage, index, generators)
+    witness = _Witness(stage.spec.make_eyes(drone, stage.setting.camera))
     error = _error_of(player, watch(drone), witness, generators.player)
     if error is not None:
         print(f"rotorpong: trial {index}: {type(error).__name__}: {error}", file=sys.stderr)  # noqa: T201
     failed = error is not None and not drone.is_over
     return Played(index, serve, _amended(drone.truth(), failed=failed, witness=witness))
+
+
+def meet(stage: Stage, index: int, generators: Generators) -> tuple[Serve, SimulatedDrone]:
+    """Return serve `index` and the drone that hovers there at the instant of its release."""
+    setting, medium = stage.setting, PLAIN_MEDIUM
+    if stage.spec.randomize:
+        setting, medium = draw_trial(setting, generators.world)
+    serve = stage.serves(index, generators.serve, medium)
+    drone = SimulatedDrone(
+        serve,
+        setting,
+        vehicle_rng=generators.vehicle,
+        sensor_rng=generators.sensors,
+    )
+    return serve, drone
 
 
 def _error_of(

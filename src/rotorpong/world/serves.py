@@ -9,8 +9,8 @@ solved exactly. Where two arcs do, the lower one is thrown. World frame.
 
 import math
 from dataclasses import dataclass, field, replace
-from functools import cache
-from typing import Literal
+from functools import lru_cache
+from typing import Literal, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -26,6 +26,16 @@ from rotorpong.world.solids import Solids, parameters
 PLANE_X = HOME_BLADE[0] + BALL_RADIUS  # where the ball's centre is when it touches the blade
 MOST_TRIES = 1000
 LAUNCH_STEPS = (0.04, 0.01)  # s, of the flights that look for a launch and of those that aim it
+
+
+class Medium(NamedTuple):
+    """What a serve flies through and bounces on."""
+
+    air: Air = Air()
+    table: Surface = TABLE_SURFACE
+
+
+PLAIN_MEDIUM = Medium()
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +61,7 @@ class ServeKind:
     approach_speed: tuple[float, float] = (6.0, 8.0)  # m/s along -x
     spin_sd: float = 20.0  # rad/s, each axis
     bounces: Literal[0, 1] = 1  # on the drone's half
+    medium: Medium = PLAIN_MEDIUM  # in which the launch is solved
 
 
 HUMAN = ServeKind("human")
@@ -81,9 +92,9 @@ def draw_at(kind: ServeKind, target: tuple[float, float], rng: np.random.Generat
         position = np.array(HOME_BLADE) + np.array([ahead, left, up])
         speed = rng.uniform(*kind.approach_speed)
         spin = rng.normal(0.0, kind.spin_sd, size=3)
-        velocity = launch(position, speed, spin, target, bounces=kind.bounces)
+        velocity = launch(position, speed, spin, target, kind)
         if velocity is not None:
-            return Serve(Ball(position, velocity, spin), target=target)
+            return Serve(Ball(position, velocity, spin), *kind.medium, target=target)
     raise UnsolvableServeError(
         f"serve {kind.name!r} at target {target[0]:.3f} m left, {target[1]:.3f} m up: "
         f"no launch within the rules in {MOST_TRIES} draws"
@@ -95,19 +106,21 @@ def launch(
     speed: float,
     spin: Float[ndarray, "3"],
     target: tuple[float, float],
-    *,
-    bounces: int = 1,
+    kind: ServeKind = HUMAN,
 ) -> Float[ndarray, "3"] | None:
     """Return the launch velocity of the lower arc that obeys the rules; None if there is none."""
     state = np.concatenate([position, [-speed, 0.0, 0.0], spin])
     goal = np.array([HOME_BLADE[1] + target[0], HOME_BLADE[2] + target[1]])
-    solved, vy, vz = _serve_kernels.solve(state, PLANE_X, goal, bounces, _launch_solids())
+    solved, vy, vz = _serve_kernels.solve(
+        state, PLANE_X, goal, kind.bounces, _launch_solids(kind.medium)
+    )
     return np.array([-speed, vy, vz]) if solved else None
 
 
-@cache
-def _launch_solids() -> Float[ndarray, "2 k"]:
-    return np.array([parameters(Solids(tick=tick)) for tick in LAUNCH_STEPS])
+@lru_cache(maxsize=4)
+def _launch_solids(medium: Medium) -> Float[ndarray, "2 k"]:
+    solids = [Solids(air=medium.air, table=medium.table, tick=tick) for tick in LAUNCH_STEPS]
+    return np.array([*map(parameters, solids)])
 
 
 def obeys_rules(serve: Serve, *, bounces: int = 1) -> bool:
