@@ -16,7 +16,8 @@ from rotorpong.drone import (
     VelocityCommand,
     Verdict,
 )
-from rotorpong.lab.seeds import Purpose, trial_generators
+from rotorpong.lab.reachable import is_reachable
+from rotorpong.lab.seeds import Generators, Purpose, trial_generators
 from rotorpong.lab.serving import ServeSource
 from rotorpong.lab.spec import Spec
 from rotorpong.world.serves import Serve
@@ -66,7 +67,7 @@ class _Witness:
         return estimate
 
 
-class _Controls:
+class Controls:
     """All that a player gets of a drone: to observe and to command."""
 
     __slots__ = ("_command", "_observe")
@@ -86,7 +87,7 @@ def play_trial(
     index: int,
     player: Player,
     *,
-    watch: Callable[[SimulatedDrone], Drone] = _Controls,
+    watch: Callable[[SimulatedDrone], Drone] = Controls,
 ) -> Played:
     """Play serve `index` of a stage.
 
@@ -96,6 +97,17 @@ def play_trial(
     there, whatever the ball does after. What it raised goes to stderr.
     """
     generators = trial_generators(stage.spec.seed, stage.purpose, index)
+    serve, drone = meet(stage, index, generators)
+    witness = _Witness(stage.spec.make_eyes(drone))
+    error = _error_of(player, watch(drone), witness, generators.player)
+    if error is not None:
+        print(f"rotorpong: trial {index}: {type(error).__name__}: {error}", file=sys.stderr)  # noqa: T201
+    failed = error is not None and not drone.is_over
+    return Played(index, serve, _amended(drone.truth(), failed=failed, witness=witness))
+
+
+def meet(stage: Stage, index: int, generators: Generators) -> tuple[Serve, SimulatedDrone]:
+    """Return serve `index` and the drone that hovers there at the instant of its release."""
     serve = stage.serves(index, generators.serve)
     drone = SimulatedDrone(
         serve,
@@ -103,12 +115,13 @@ def play_trial(
         vehicle_rng=generators.vehicle,
         sensor_rng=generators.sensors,
     )
-    witness = _Witness(stage.spec.make_eyes(drone))
-    error = _error_of(player, watch(drone), witness, generators.player)
-    if error is not None:
-        print(f"rotorpong: trial {index}: {type(error).__name__}: {error}", file=sys.stderr)  # noqa: T201
-    failed = error is not None and not drone.is_over
-    return Played(index, serve, _amended(drone.truth(), failed=failed, witness=witness))
+    return serve, drone
+
+
+def trial_is_reachable(stage: Stage, index: int) -> bool:
+    """Tell whether serve `index` can be hit at all, as `reachable` defines it."""
+    generators = trial_generators(stage.spec.seed, stage.purpose, index)
+    return is_reachable(meet(stage, index, generators)[1])
 
 
 def _error_of(
