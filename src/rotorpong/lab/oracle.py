@@ -6,18 +6,16 @@ third frame whose picture holds the ball has arrived, `Gate` turns each of its c
 Only the laboratory can build it: it is no player of `rotorpong.play`.
 """
 
-from dataclasses import replace
-
 import numpy as np
 from jaxtyping import Int64
 from numpy import ndarray
 
 from rotorpong.conventions import InputError
 from rotorpong.drone import HOVER, Drone, Eyes, Observation, VelocityCommand, Verdict
-from rotorpong.lab.oracle_search import Plan, hits, problem_of, search
+from rotorpong.lab.oracle_search import Plan, Problem, plan_of, problem_of, search
 from rotorpong.lab.reachable import FRAMES_TO_DECIDE, shows_ball
 from rotorpong.world.contact import TICK
-from rotorpong.world.simulated_drone import LONGEST_SERVE, Instant, SimulatedDrone
+from rotorpong.world.simulated_drone import LONGEST_SERVE, SimulatedDrone
 
 MOST_SEARCHES = 3  # of a serve that no plan hits
 
@@ -63,18 +61,18 @@ class Oracle:
         """
         if not isinstance(drone, Gate):
             raise InputError(f"the oracle flies a simulated drone behind a Gate, not {drone!r}")
-        plan, searches = None, 0
-        while (observation := drone.observe()) is not None:
+        plan, frame, searches = None, 0, 0
+        while drone.observe() is not None:
             if not drone.is_open:
                 drone.command(HOVER)
                 continue
-            now = drone.drone.now
-            plan = None if plan is None else _kept(plan, drone.drone, now)
+            plan = None if plan is None else _checked(plan, frame, drone.drone)
             if plan is None or (not plan.hits and searches < MOST_SEARCHES):
-                frames = arrivals(now.tick, drone.drone.camera.frames_per_second)
-                plan = search(problem_of(drone.drone.vehicle, now, frames), rng)
-                searches += 1
-            drone.command(VelocityCommand(*plan.commands[0].tolist()))
+                plan, frame, searches = search(_problem(drone.drone), rng), 0, searches + 1
+            if frame in plan.frames:
+                command = plan.commands[plan.frames.index(frame)]
+                drone.command(VelocityCommand(*command.tolist()))
+            frame += 1
 
     def learn(self, verdict: Verdict) -> None:
         """Learn nothing: it knows."""
@@ -83,22 +81,27 @@ class Oracle:
 def arrivals(tick: int, frames_per_second: float) -> Int64[ndarray, "n"]:
     """Return when the coming frames are expected, the present one first."""
     period = 1.0 / (frames_per_second * TICK)
-    count = int((LONGEST_SERVE - tick) / period) + 1
-    return tick + np.rint(np.arange(max(count, 1)) * period).astype(np.int64)
+    count = max(1, int((LONGEST_SERVE - tick) / period) + 1)
+    return tick + np.rint(np.arange(count) * period).astype(np.int64)
 
 
-def _kept(plan: Plan, drone: SimulatedDrone, now: Instant) -> Plan | None:
-    """Return what is left of a plan, None if it was to hit and no longer does.
+def _problem(drone: SimulatedDrone) -> Problem:
+    now = drone.now
+    return problem_of(drone.vehicle, now, arrivals(now.tick, drone.camera.frames_per_second))
 
-    Frames may come a tick before or after they were expected; then the plan is flown anew.
+
+def _checked(plan: Plan, frame: int, drone: SimulatedDrone) -> Plan | None:
+    """Return a plan unless it was to hit and no longer does.
+
+    A frame may come a tick before or after it was expected; then the rest is flown anew.
     """
-    if len(plan.ticks) < 2:
+    if not plan.hits or frame not in plan.frames:
+        return plan
+    leg = plan.frames.index(frame)
+    if plan.ticks[leg] == drone.now.tick:
+        return plan
+    problem = _problem(drone)
+    frames = tuple(f - frame for f in plan.frames[leg:])
+    if frames[-1] >= len(problem.arrivals):
         return None
-    rest = replace(plan, ticks=plan.ticks[1:], commands=plan.commands[1:])
-    if not plan.hits or rest.ticks[0] == now.tick:
-        return rest
-    problem = problem_of(drone.vehicle, now, rest.ticks + (now.tick - rest.ticks[0]))
-    count = len(problem.ticks)
-    if count > len(rest.commands) or not hits(problem, rest.commands[:count]):
-        return None
-    return Plan(problem.ticks, rest.commands[:count], hits=True)
+    return plan if plan_of(problem, frames, plan.commands[leg:]).hits else None

@@ -24,7 +24,10 @@ from rotorpong.world.simulated_drone import LONGEST_SERVE, Instant, SimulatedDro
 FRAMES_TO_DECIDE = 3
 HOVER_ROOM = 0.03  # m, how far a hovering blade is from home,
 HOVER_DRIFT = 0.08  # m/s, and how that grows
-LAST_LEG = 0.1  # s that a serve goes on after the ball touched the floor, at most
+LAST_LEG = 100  # ticks that a serve goes on after the ball touched the floor, at most
+NOBODY = np.tile([0.0, 0.0, 99.0, 1.0, 0.0, 0.0, 0.0], (LAST_LEG + 1, 1))  # where no ball comes
+LATER = 100  # ticks after the ball passed home within which it passes blades that moved back
+ON_BLADE = 0.6  # of each semi-axis: certainly on the blade
 FAR_BEHIND = 3.0  # m: no drone retreats further before the ball overtakes it
 
 Path = Float[ndarray, "n 3"]  # the ball's centre at successive ticks, world
@@ -58,11 +61,14 @@ def shows_ball(drone: SimulatedDrone, observation: Observation) -> bool:
 
 def free_path(instant: Instant) -> Path:
     """Return where the ball goes over the empty court, up to the end of any serve."""
-    nobody = np.tile([0.0, 0.0, 99.0, 1.0, 0.0, 0.0, 0.0], (LONGEST_SERVE - instant.tick + 1, 1))
-    states, contacts = advance(instant.ball, 0.0, nobody, instant.solids)
-    floor = (contact.time for contact in contacts if contact.solid == "floor")
-    last = round((next(floor, len(states) * TICK) + LAST_LEG) / TICK)
-    return np.concatenate([instant.ball[None, :3], states[:last, :3]])
+    state, parts, landed = instant.ball, [instant.ball[None, :3]], False
+    for _ in range(-(-(LONGEST_SERVE - instant.tick) // LAST_LEG)):
+        states, contacts = advance(state, 0.0, NOBODY, instant.solids)
+        parts.append(states[:, :3])
+        if landed:
+            break
+        state, landed = states[-1], any(contact.solid == "floor" for contact in contacts)
+    return np.concatenate(parts)
 
 
 def is_reachable(drone: SimulatedDrone) -> bool:
@@ -108,11 +114,11 @@ def last_near(path: Path) -> int:
 
 
 def _is_well_inside(drone: SimulatedDrone, instant: Instant, path: Path) -> bool:
-    """Tell whether the ball passes between the blades' centres of four simple flights."""
+    """Tell whether the ball passes between the blades of four simple flights."""
     passed = np.flatnonzero(path[:, 0] < HOME_BLADE[0])
     if not len(passed):
         return False
-    ticks = max(1, int(passed[0]))
+    ticks = min(int(passed[0]) + LATER, len(path) - 1)
     solids = instant.solids
     limits = drone.vehicle.limits
     signs = np.array([[0, 1, 1, 0], [0, 1, -1, 0], [0, -1, 1, 0], [0, -1, -1, 0]])
@@ -120,9 +126,12 @@ def _is_well_inside(drone: SimulatedDrone, instant: Instant, path: Path) -> bool
     ball, racket, hull = path[: ticks + 1], solids.racket, solids.hull
     found = plate_crossings(ball, track, blade_centre(racket), hull_size(hull))
     left, up = found.left, found.up  # nan compares false
+    y, z = ON_BLADE * racket.half_width, ON_BLADE * racket.half_height
     return bool(
-        max(left[0], left[1]) < 0.0 < min(left[2], left[3])
-        and max(up[0], up[2]) < 0.0 < min(up[1], up[3])
+        max(left[0], left[1]) < y
+        and min(left[2], left[3]) > -y
+        and max(up[0], up[2]) < z
+        and min(up[1], up[3]) > -z
     )
 
 

@@ -76,9 +76,11 @@ class Controls:
         self._observe, self._command = drone.observe, drone.command
 
     def observe(self) -> Observation | None:
+        """Wait for the next frame; `None` when the serve is over."""
         return self._observe()
 
     def command(self, velocity: VelocityCommand) -> VelocityCommand:
+        """Fly at `velocity` from now on; return what was sent."""
         return self._command(velocity)
 
 
