@@ -14,10 +14,11 @@ from rotorpong.drone import Outcome, Player
 from rotorpong.experience import Demonstration, Trial, shipped_demonstrations
 from rotorpong.lab.demonstrate import Progress, lessons_of
 from rotorpong.lab.oracle import Gate, Oracle
+from rotorpong.lab.reachable import is_reachable
 from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec, own_player
 from rotorpong.lab.statistics import rate, wilson_interval
-from rotorpong.lab.trial import Controls, Stage, play_trial, trial_is_reachable
+from rotorpong.lab.trial import Controls, Stage, new_drone, play_trial
 from rotorpong.lab.workers import in_workers
 from rotorpong.play.hover import Hover
 from rotorpong.play.paper import PaperPlayer
@@ -163,7 +164,7 @@ class _Table:
         return Result(
             index,
             truth.verdict.outcome,
-            trial_is_reachable(self._stage, index),
+            is_reachable(new_drone(self._stage, index)),
             truth.miss_distance,
             truth.time_error,
             truth.landing_x,

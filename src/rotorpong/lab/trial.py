@@ -16,7 +16,6 @@ from rotorpong.drone import (
     VelocityCommand,
     Verdict,
 )
-from rotorpong.lab.reachable import is_reachable
 from rotorpong.lab.seeds import Generators, Purpose, trial_generators
 from rotorpong.lab.serving import ServeSource
 from rotorpong.lab.spec import Spec
@@ -120,10 +119,10 @@ def meet(stage: Stage, index: int, generators: Generators) -> tuple[Serve, Simul
     return serve, drone
 
 
-def trial_is_reachable(stage: Stage, index: int) -> bool:
-    """Tell whether serve `index` can be hit at all, as `reachable` defines it."""
+def new_drone(stage: Stage, index: int) -> SimulatedDrone:
+    """Return the drone of serve `index` at the instant of the release, as every player meets it."""
     generators = trial_generators(stage.spec.seed, stage.purpose, index)
-    return is_reachable(meet(stage, index, generators)[1])
+    return meet(stage, index, generators)[1]
 
 
 def _error_of(
