@@ -5,7 +5,7 @@ Trials share nothing, so any number of workers gives the same results in the sam
 
 from collections.abc import Generator, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -40,10 +40,10 @@ class Result:
 
     index: int
     outcome: Outcome
-    reachable: bool
     miss_distance: float  # m
     time_error: float | None  # s
     landing_x: float | None  # m
+    reachable: bool = field(kw_only=True)  # by anybody
 
     def as_json(self) -> dict[str, Any]:
         """Return the trial as `evaluate --json` prints it."""
@@ -164,10 +164,10 @@ class _Table:
         return Result(
             index,
             truth.verdict.outcome,
-            is_reachable(new_drone(self._stage, index)),
             truth.miss_distance,
             truth.time_error,
             truth.landing_x,
+            reachable=is_reachable(new_drone(self._stage, index)),
         )
 
 

@@ -19,7 +19,7 @@ World frame; body frame for points of the plate. A bound is a box per tick.
 """
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -32,7 +32,6 @@ from rotorpong.geometry import (
     rotation_from_quaternion,
 )
 from rotorpong.physics._reach_kernels import crossings
-from rotorpong.physics.noise import Keys
 from rotorpong.physics.vehicle import Track, Vehicle, VehicleState
 
 MARGIN = 0.010  # m
@@ -111,10 +110,8 @@ def fly_all(
 
 def repeated(state: VehicleState, count: int) -> VehicleState:
     """Return `count` copies of one vehicle's state as a batch."""
-    return VehicleState(
-        *(_tiled(part, count) for part in (state.motion, state.memory, state.counters)),
-        keys=_tiled_keys(state.keys, count),
-    )
+    parts = {field.name: _tiled(getattr(state, field.name), count) for field in fields(state)}
+    return replace(state, **parts)
 
 
 def plate_crossings(
@@ -189,7 +186,3 @@ def _offsets(
 
 def _tiled(part: ndarray, count: int) -> ndarray:
     return np.broadcast_to(part, (count, *part.shape)).copy()
-
-
-def _tiled_keys(keys: Keys, count: int) -> Keys:
-    return np.broadcast_to(keys, (count,)).copy()

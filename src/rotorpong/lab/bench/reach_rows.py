@@ -74,8 +74,8 @@ def stage_of(vehicle: str, kind: str, seed: int) -> Stage:
 def wide_serves(_: int, rng: np.random.Generator) -> Serve:
     """Throw far to the side, high or low, with or without a bounce: no rules are obeyed."""
     release = np.array(HOME_BLADE) + rng.uniform([3.5, -0.4, -0.2], [4.5, 0.4, 0.3])
-    goal = np.array(HOME_BLADE) + rng.uniform([0.0, -1.1, -0.6], [0.0, 1.1, 0.9])
-    flat = rng.uniform(5.0, 9.0)
+    goal = np.array(HOME_BLADE) + rng.uniform([0.0, -1.5, -0.6], [0.0, 1.5, 1.2])
+    flat = rng.uniform(7.0, 12.0)
     duration = (release[0] - goal[0] - BALL_RADIUS) / flat
     velocity = (goal - release) / duration
     velocity[2] += 0.5 * 9.81 * duration
@@ -132,7 +132,7 @@ def _kicks(index: int) -> Player:
 
 
 def _lift(index: int) -> Player:
-    """Fly to the side and up, then backwards or forwards at once: the blade is tilted up or down."""
+    """Fly to the side and up, then backwards or forwards: that tilts the blade."""
     side, up, pull = (1.0 if index // n % 2 else -1.0 for n in (1, 2, 4))
     turn = 8 + index % 12
     return Commands(lambda frame, rng: [0.0 if frame < turn else 9.0 * pull, 9.0 * side, up, 0.0])
