@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 from rotorpong.conventions import InputError
 from rotorpong.physics.vehicle import (
     NOISE_FREE_CASCADE,
+    SCALED_NOISE,
     TUM_GAZEBO,
     SensorNoise,
     Track,
@@ -15,9 +16,7 @@ from rotorpong.physics.vehicle import (
 )
 from rotorpong.world.sensors import draw_sensors, read
 
-PERFECT = SensorNoise(
-    **{f.name: 0.0 for f in fields(SensorNoise)} | {"attitude_rate": 100.0, "gravity": 9.8}
-)
+PERFECT = replace(TUM_GAZEBO.sensor_noise, **dict.fromkeys(SCALED_NOISE, 0.0))
 NOISY = SensorNoise(0.01, 0.02, 0.3, 0.03, 0.005, 100.0, 0.04, 0.1, 0.03, 0.02, 9.8)
 
 
@@ -42,7 +41,8 @@ def resting(position, instants):
 
 def cut(track, first, last):
     """Return the instants first to last of a path."""
-    return Track(*(getattr(track, f.name)[first : last + 1] for f in fields(Track)))
+    columns = (getattr(track, f.name) for f in fields(Track))
+    return Track(*(None if part is None else part[first : last + 1] for part in columns))
 
 
 def joined(parts, name):

@@ -28,7 +28,7 @@ class Match(Common):
     eyes: str = "paper"
     """truth or paper."""
     vehicle: str = "tum_gazebo"
-    """tum_gazebo."""
+    """tum_gazebo, ardrone2, or ardrone2_raw."""
     camera: str = "gazebo"
     """gazebo, ardrone2_720p, or your calibration as FILE."""
     serves: str = "human"

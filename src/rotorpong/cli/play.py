@@ -71,6 +71,8 @@ class Evaluate(Match):
     """cardboard or rubber."""
     blackout: FlagCreatePairsOff[bool] = False
     """Make every frame black."""
+    randomize: FlagCreatePairsOff[bool] = False
+    """Draw drone, sensors, ball, camera and looks anew for every ball, within what is known."""
     workers: int = 1
     """Processes; the results do not depend on it."""
 
@@ -91,6 +93,7 @@ class Evaluate(Match):
             self.seed,
             self.racket,
             self.blackout,
+            self.randomize,
         ).check()
         known = self._knowledge()
         compile_kernels()

@@ -1,11 +1,11 @@
 """Where randomness comes from: (seed, purpose, trial) and nothing else.
 
-Every trial has four generators of its own, so a result depends on neither order nor workers. The
+Every trial has five generators of its own, so a result depends on neither order nor workers. The
 same seed gives the same serves, whoever plays. Demonstrations, training and evaluation with the
 same seed throw different balls.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Literal
 
 import numpy as np
@@ -17,18 +17,23 @@ RUN = 0  # spawn key of what is drawn once for all trials
 
 @dataclass(frozen=True, slots=True)
 class Generators:
-    """The four independent sources of randomness of one trial."""
+    """The five independent sources of randomness of one trial."""
 
     serve: np.random.Generator
     vehicle: np.random.Generator
     sensors: np.random.Generator
     player: np.random.Generator
+    world: (
+        np.random.Generator
+    )  # what `--randomize` draws; last, so that the others stay as they were
 
 
 def trial_generators(seed: int, purpose: Purpose, trial: int) -> Generators:
     """Return the generators of one trial."""
     sequence = np.random.SeedSequence(seed, spawn_key=(PURPOSES[purpose], trial))
-    return Generators(*(np.random.default_rng(child) for child in sequence.spawn(4)))
+    return Generators(
+        *(np.random.default_rng(child) for child in sequence.spawn(len(fields(Generators))))
+    )
 
 
 def run_generator(seed: int) -> np.random.Generator:

@@ -1,22 +1,32 @@
 """Which serve is thrown at trial i: drawn from a kind, or read from a file.
 
 A serve file is a CSV with one row per serve and the columns of `SERVE_COLUMNS`; ball i throws row
-i modulo rows.
+i modulo rows. A file says what its balls are like, so its rows stay as they are whatever medium is
+asked for.
 """
 
-from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from rotorpong.conventions import InputError
 from rotorpong.lab.seeds import run_generator
-from rotorpong.world.serves import HUMAN, Serve, draw, vary
+from rotorpong.world.serves import HUMAN, PLAIN_MEDIUM, Medium, Serve, draw, vary
 
 SERVE_KINDS = ("human", "constant")
 
-ServeSource = Callable[[int, np.random.Generator], Serve]
-"""Trial index and generator of the trial's serve -> the serve."""
+
+@runtime_checkable
+class ServeSource(Protocol):
+    """Whatever throws the serve of a trial."""
+
+    def __call__(
+        self, index: int, rng: np.random.Generator, medium: Medium = PLAIN_MEDIUM, /
+    ) -> Serve:
+        """Return the serve of trial `index`, drawn with its generator and solved in `medium`."""
+        ...
 
 
 def serve_source(serves: str, seed: int) -> ServeSource:
@@ -26,10 +36,12 @@ def serve_source(serves: str, seed: int) -> ServeSource:
         InputError: neither a kind nor a readable file of serves or of a flight.
     """
     if serves == "human":
-        return lambda _, rng: draw(HUMAN, rng)
+        return lambda _, rng, medium=PLAIN_MEDIUM: draw(replace(HUMAN, medium=medium), rng)
     if serves == "constant":
         base = draw(HUMAN, run_generator(seed))
-        return lambda _, rng: vary(base, rng)
+        return lambda _, rng, medium=PLAIN_MEDIUM: vary(
+            replace(base, air=medium.air, table=medium.table), rng
+        )
     if not (serves and Path(serves).exists()):
         raise InputError(
             f"serves {serves!r}: expected one of {', '.join(SERVE_KINDS)}, or a CSV file of serves "
@@ -38,4 +50,4 @@ def serve_source(serves: str, seed: int) -> ServeSource:
     from rotorpong.lab.serve_files import read_serves  # fits flights: only where it is needed
 
     rows = read_serves(Path(serves))
-    return lambda index, _: rows[index % len(rows)]
+    return lambda index, _, __=PLAIN_MEDIUM: rows[index % len(rows)]

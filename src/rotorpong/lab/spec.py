@@ -14,7 +14,9 @@ from typing import Any
 
 from rotorpong.conventions import InputError, require_seed
 from rotorpong.drone import Eyes, Player
+from rotorpong.lab.randomize import require_randomizable
 from rotorpong.lab.serving import SERVE_KINDS, serve_source
+from rotorpong.physics.ardrone2 import ARDRONE2, ARDRONE2_RAW
 from rotorpong.physics.camera import CAMERAS, Camera
 from rotorpong.physics.vehicle import TUM_GAZEBO, Vehicle
 from rotorpong.vision import PaperEyes, read_camera
@@ -25,7 +27,7 @@ from rotorpong.world.truth_eyes import TruthEyes
 PLAYERS = ("hover", "paper", "oracle")
 LEARNERS = ("paper",)
 EYES = ("truth", "paper")
-VEHICLES: dict[str, Vehicle] = {TUM_GAZEBO.name: TUM_GAZEBO}
+VEHICLES: dict[str, Vehicle] = {v.name: v for v in (TUM_GAZEBO, ARDRONE2, ARDRONE2_RAW)}
 LARGEST_COUNT = 10_000_000
 
 
@@ -41,6 +43,7 @@ class Spec:
     seed: int = 0
     racket: str = "cardboard"
     blackout: bool = False
+    randomize: bool = False  # every trial meets a drone, ball, camera and room of its own
 
     def check(self) -> "Spec":
         """Return the spec if everything in it can be built.
@@ -60,6 +63,8 @@ class Spec:
         require_seed(self.seed)
         if self.blackout and self.eyes == "truth":
             raise InputError("--blackout with eyes truth: they look at no frame; choose paper eyes")
+        if self.randomize:
+            require_randomizable(self.setting().vehicle)
         self.camera_profile()
         if self.serves not in SERVE_KINDS:
             serve_source(self.serves, self.seed)
@@ -100,9 +105,14 @@ class Spec:
             blackout=self.blackout,
         )
 
-    def make_eyes(self, drone: SimulatedDrone) -> Eyes:
-        """Return fresh eyes for one serve."""
-        return TruthEyes(drone) if self.eyes == "truth" else PaperEyes(drone.camera)
+    def make_eyes(self, drone: SimulatedDrone, camera: Camera | None = None) -> Eyes:
+        """Return fresh eyes for one serve.
+
+        Args:
+            drone: whose frames they get.
+            camera: what they take its camera for; None: they know it exactly.
+        """
+        return TruthEyes(drone) if self.eyes == "truth" else PaperEyes(camera or drone.camera)
 
 
 def camera_named(name: str) -> Camera:

@@ -99,8 +99,13 @@ def run_of(spec: Spec) -> Run:
         serves=spec.serves,
         version=__version__,
         pilot=PILOT,
-        spec={"racket": spec.racket, "blackout": spec.blackout},
+        spec={"racket": spec.racket, "blackout": spec.blackout} | _unusual(spec),
     )
+
+
+def _unusual(spec: Spec) -> dict[str, bool]:
+    """Return what older runs do not mention, where it is not as they had it."""
+    return {"randomize": True} if spec.randomize else {}
 
 
 def _opened(

@@ -16,10 +16,11 @@ from rotorpong.drone import (
     VelocityCommand,
     Verdict,
 )
+from rotorpong.lab.randomize import draw_trial
 from rotorpong.lab.seeds import Generators, Purpose, trial_generators
 from rotorpong.lab.serving import ServeSource
 from rotorpong.lab.spec import Spec
-from rotorpong.world.serves import Serve
+from rotorpong.world.serves import PLAIN_MEDIUM, Serve
 from rotorpong.world.simulated_drone import Setting, SimulatedDrone, Truth
 
 
@@ -99,7 +100,7 @@ def play_trial(
     """
     generators = trial_generators(stage.spec.seed, stage.purpose, index)
     serve, drone = meet(stage, index, generators)
-    witness = _Witness(stage.spec.make_eyes(drone))
+    witness = _Witness(stage.spec.make_eyes(drone, stage.setting.camera))
     error = _error_of(player, watch(drone), witness, generators.player)
     if error is not None:
         print(f"rotorpong: trial {index}: {type(error).__name__}: {error}", file=sys.stderr)  # noqa: T201
@@ -109,10 +110,13 @@ def play_trial(
 
 def meet(stage: Stage, index: int, generators: Generators) -> tuple[Serve, SimulatedDrone]:
     """Return serve `index` and the drone that hovers there at the instant of its release."""
-    serve = stage.serves(index, generators.serve)
+    setting, medium = stage.setting, PLAIN_MEDIUM
+    if stage.spec.randomize:
+        setting, medium = draw_trial(setting, generators.world)
+    serve = stage.serves(index, generators.serve, medium)
     drone = SimulatedDrone(
         serve,
-        stage.setting,
+        setting,
         vehicle_rng=generators.vehicle,
         sensor_rng=generators.sensors,
     )

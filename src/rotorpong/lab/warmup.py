@@ -8,8 +8,11 @@ from rotorpong.drone import HOVER
 from rotorpong.lab.seeds import trial_generators
 from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec
+from rotorpong.physics.ardrone2 import ARDRONE2
 from rotorpong.physics.ball import TABLE_SURFACE, Air, Ball, bounce, fly
+from rotorpong.physics.vehicle import Vehicle
 from rotorpong.primitives import Dmp, State
+from rotorpong.world.sensors import draw_sensors, read
 from rotorpong.world.serves import crossing
 from rotorpong.world.simulated_drone import SimulatedDrone
 
@@ -30,6 +33,7 @@ def warm_up(progress: Step | None = None) -> None:
     serve = serve_source(spec.serves, 0)(0, generators.serve)
     crossing(serve)
     tell(1, STEPS)
+    fly_once(ARDRONE2, generators.vehicle)
     drone = SimulatedDrone(
         serve, spec.setting(), vehicle_rng=generators.vehicle, sensor_rng=generators.sensors
     )
@@ -45,6 +49,13 @@ def warm_up(progress: Step | None = None) -> None:
     rest = State(np.zeros(3), np.zeros(3))
     Dmp(np.zeros((20, 3))).roll_out(rest, rest, 1.0, np.linspace(0.0, 1.0, 3))
     tell(STEPS, STEPS)
+
+
+def fly_once(vehicle: Vehicle, rng: np.random.Generator) -> None:
+    """Fly a vehicle and read its sensors, so that what they need is compiled."""
+    state = vehicle.start(np.zeros(3), rng)
+    _, track = vehicle.advance(state, np.zeros(4), ticks=10, new_command=True)
+    read(draw_sensors(vehicle.sensor_noise, rng), track, 0)
 
 
 UP = np.array([0.0, 0.0, 1.0])

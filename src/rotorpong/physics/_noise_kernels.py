@@ -36,3 +36,17 @@ def normal_rows(key, first, rows):
     for i in range(n):
         for j in range(channels):
             rows[i, j] = normal(key, (first + i) * channels + j)
+
+
+@kernel
+def wander(key, decay, nodes):
+    """Fill `nodes` (n, channels) with a stationary process of unit variance, from node 0 on.
+
+    x_0 = n_0,   x_k = decay x_k-1 + sqrt(1 - decay^2) n_k.
+    """
+    n, channels = nodes.shape
+    fresh = math.sqrt(1.0 - decay * decay)
+    for j in range(channels):
+        nodes[0, j] = normal(key, j)
+        for i in range(1, n):
+            nodes[i, j] = decay * nodes[i - 1, j] + fresh * normal(key, i * channels + j)

@@ -26,8 +26,9 @@ Batch: a state may have one leading axis of vehicles that fly in lockstep; each 
 bits as it would alone. The g of Gazebo, 9.8, stays inside this profile.
 """
 
-from dataclasses import dataclass
-from typing import NamedTuple, Protocol, runtime_checkable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float, Int64
@@ -36,6 +37,7 @@ from numpy import ndarray
 from rotorpong.conventions import InputError, Quaternion, Vector3
 from rotorpong.physics._vehicle_kernels import TICK as TICK
 from rotorpong.physics._vehicle_kernels import fly
+from rotorpong.physics.constants import Range, drawn, require_constants
 from rotorpong.physics.noise import Keys, draw_keys
 
 VelocityArray = Float[ndarray, "*batch 4"]  # forward, left, up in m/s, yaw rate in rad/s
@@ -77,6 +79,23 @@ class Cascade(NamedTuple):
 
 
 TUM_CASCADE = Cascade()
+TUM_RANGES: Mapping[str, Range] = {
+    "horizontal_p": (4.5, 5.5),  # 10 %: what a tuned copy of the plugin would have
+    "vertical_p": (4.5, 5.5),
+    "tilt_p": (9.0, 11.0),
+    "tilt_d": (4.5, 5.5),
+    "yaw_p": (1.8, 2.2),
+    "attitude_noise": (0.0025, 0.35 / 9.8),  # rad, see `Cascade`: both readings of the plugin
+    "command_white": (0.0, 0.05),
+    "command_offset": (0.0, 0.03),
+}
+TUM_LIMITS: Mapping[str, Range] = {
+    **dict.fromkeys(("mass", "inertia_x", "inertia_y", "inertia_z", "gravity"), (1e-9, 1e9)),
+    **dict.fromkeys(("horizontal_limit", "vertical_limit", "yaw_limit"), (0.0, 1e3)),
+    "tilt_limit": (0.0, 1.5),
+    "sample_ticks": (1.0, 1e6),
+    "command_offset_period": (TICK, 1e9),
+}
 NOISE_FREE_CASCADE = Cascade(attitude_noise=0.0, command_white=0.0, command_offset=0.0)
 
 
@@ -95,6 +114,27 @@ class SensorNoise:
     velocity_bias: float  # m/s, constant per serve
     height_white: float  # m
     gravity: float  # m/s^2, of the profile: what its accelerometer shows at rest
+    gyro_bias_limit: float = 0.0  # rad/s, uniform +-, constant per serve; adds to `gyro_bias`
+    attitude_bias_limit: float = 0.0  # rad, uniform +-, constant per serve
+    attitude_slow: float = 0.0  # rad, roll and pitch, a process of Ornstein and Uhlenbeck
+    attitude_slow_time: float = 5.0  # s, its correlation time
+    battery_charge: float = 1.0  # at the start of a serve
+    battery_life: float = 1200.0  # s, from full to empty; 1200 is tum_simulator's
+
+
+SCALED_NOISE = (  # what `drawn_noise` scales: the levels
+    *("gyro_white", "gyro_bias", "gyro_bias_limit", "acceleration_white", "attitude_white"),
+    *("attitude_bias", "attitude_bias_limit", "attitude_slow", "heading_white"),
+    *("velocity_white", "velocity_bias", "height_white"),
+)
+NOISE_FACTOR: Range = (0.5, 1.5)
+
+
+def drawn_noise(noise: SensorNoise, rng: np.random.Generator) -> SensorNoise:
+    """Return sensors whose every level is 0.5 to 1.5 times as large."""
+    return replace(
+        noise, **{name: getattr(noise, name) * rng.uniform(*NOISE_FACTOR) for name in SCALED_NOISE}
+    )
 
 
 TUM_GAZEBO_NOISE = SensorNoise(
@@ -117,7 +157,7 @@ class VehicleState:
     """Everything that decides how vehicles fly on, noise included."""
 
     motion: Float[ndarray, "*batch 16"]
-    memory: Float[ndarray, "*batch 22"]  # of the flight controller
+    memory: Float[ndarray, "*batch m"]  # of the flight controller, the held command last
     counters: Int64[ndarray, "*batch 2"]  # ticks flown, messages received
     keys: Keys
 
@@ -144,7 +184,7 @@ class VehicleState:
     @property
     def held_command(self) -> VelocityArray:
         """What the last message asked for, its noise included."""
-        return self.memory[..., 18:22]
+        return self.memory[..., -4:]
 
     @property
     def ticks(self) -> Int64[ndarray, "*batch"]:
@@ -161,6 +201,8 @@ class Track:
     quaternion: Float[ndarray, "*batch n 4"]  # body to world
     body_rates: Float[ndarray, "*batch n 3"]  # rad/s
     acceleration: Float[ndarray, "*batch n 3"]  # m/s^2, world, mean over the tick that ends here
+    seen_velocity: Float[ndarray, "*batch n 3"] | None = None
+    """m/s, world: what navdata show at the instant, before noise; None: `velocity`, undelayed."""
 
 
 @runtime_checkable
@@ -201,6 +243,14 @@ class TumGazebo:
     sensor_noise: SensorNoise = TUM_GAZEBO_NOISE
     name: str = "tum_gazebo"
 
+    def __post_init__(self) -> None:
+        """Refuse impossible constants.
+
+        Raises:
+            InputError: one is not finite, or negative, or zero where it may not be.
+        """
+        require_constants(self.name, self.constants, TUM_LIMITS)
+
     @property
     def limits(self) -> Float[ndarray, "4"]:
         """Largest magnitudes of a command: forward, left, up in m/s, yaw rate in rad/s."""
@@ -232,19 +282,24 @@ class TumGazebo:
         Raises:
             InputError: a command is not finite, or not four numbers for each vehicle.
         """
-        _check(command, (*state.motion.shape[:-1], 4))
-        rows = _rows(state)
-        outputs = _room(rows, ticks)
-        orders = np.ascontiguousarray(command, dtype=np.float64).reshape(-1, 4)
-        fly(self.constants, rows, orders, (ticks, new_command), outputs)
-        motion, memory, counters, *track = (_like(part, state) for part in outputs)
-        return VehicleState(motion, memory, counters, state.keys), Track(*track)
+        check_command(command, (*state.motion.shape[:-1], 4))
+        return flown(fly, self.constants, state, command, span=(ticks, new_command))
+
+    def randomized(self, rng: np.random.Generator) -> "TumGazebo":
+        """Return another drone of its kind: constants and sensor noise drawn."""
+        noise = drawn_noise(self.sensor_noise, rng)
+        return replace(self, constants=drawn(self.constants, TUM_RANGES, rng), sensor_noise=noise)
 
 
 TUM_GAZEBO = TumGazebo()
 
 
-def _check(command: VelocityArray, shape: tuple[int, ...]) -> None:
+def check_command(command: VelocityArray, shape: tuple[int, ...]) -> None:
+    """Refuse a command that must not enter an integrator.
+
+    Raises:
+        InputError: it is not finite, or has another shape.
+    """
     if command.shape != shape or not np.isfinite(command).all():
         raise InputError(
             f"velocity command {np.array2string(command, threshold=8)} of shape {command.shape}: "
@@ -252,20 +307,33 @@ def _check(command: VelocityArray, shape: tuple[int, ...]) -> None:
         )
 
 
-def _rows(state: VehicleState) -> tuple[ndarray, ndarray, ndarray, ndarray]:
-    return (
-        np.ascontiguousarray(state.motion).reshape(-1, 16),
-        np.ascontiguousarray(state.memory).reshape(-1, MEMORY_SIZE),
-        np.ascontiguousarray(state.counters).reshape(-1, 2),
-        np.ascontiguousarray(state.keys).reshape(-1),
-    )
+def flown(
+    kernel: Callable[..., None],
+    profile: Any,
+    state: VehicleState,
+    command: VelocityArray,
+    *,
+    span: tuple[int, bool],
+    sees_late: bool = False,
+) -> tuple[VehicleState, Track]:
+    """Fly by a kernel: lay out one row per vehicle, make room, and shape what comes back.
 
-
-def _room(rows: tuple[ndarray, ...], ticks: int) -> tuple[ndarray, ...]:
-    n = len(rows[0])
-    tracks = [np.empty((n, ticks + 1, width)) for width in (3, 3, 4, 3, 3)]
-    return (*(np.empty_like(part) for part in rows[:3]), *tracks)
-
-
-def _like(part: ndarray, state: VehicleState) -> ndarray:
-    return part.reshape(state.motion.shape[:-1] + part.shape[1:])
+    Args:
+        kernel: called with (profile, rows of the state, commands, span, outputs).
+        profile: the vehicle's constants.
+        state: where they are.
+        command: one for each vehicle.
+        span: ticks, and whether the command is new.
+        sees_late: whether the kernel fills `Track.seen_velocity` as well.
+    """
+    batch = state.motion.shape[:-1]
+    parts = (state.motion, state.memory, state.counters)
+    rows = tuple(np.ascontiguousarray(part).reshape(-1, part.shape[-1]) for part in parts)
+    n, instants = len(rows[0]), span[0] + 1
+    tracks = [np.empty((n, instants, width)) for width in (3, 3, 4, 3, 3, 3)[: 5 + sees_late]]
+    outputs = (*(np.empty_like(part) for part in rows), *tracks)
+    keys = np.ascontiguousarray(state.keys).reshape(-1)
+    orders = np.ascontiguousarray(command, dtype=np.float64).reshape(-1, 4)
+    kernel(profile, (*rows, keys), orders, span, outputs)
+    motion, memory, counters, *track = (part.reshape(batch + part.shape[1:]) for part in outputs)
+    return VehicleState(motion, memory, counters, state.keys), Track(*track)

@@ -2,10 +2,13 @@
 
     gyro            w + bias + white                                   body axes
     accelerometer   R' (dv/dt + (0, 0, g)) + white                     body axes
-    attitude        roll, pitch + bias + white; yaw + white            yaw: magnetic heading
+    attitude        roll, pitch + bias + slow + white; yaw + white     yaw: magnetic heading
     optical flow    Rz(yaw)' v + bias + white                          forward, left, up
     sonar           height above the table top when over it, else above the floor; + white
-    battery         falls evenly from 1 to 0 in 20 minutes
+    battery         falls evenly, as the profile says
+
+A profile's optical flow may come late: then v is that which its track calls seen, while attitude is
+of the instant. Slow is a process of Ornstein and Uhlenbeck. A bias is normal, uniform, or both.
 
 Sample k belongs to tick 5 k of the world, and its noise is a function of (key, k) alone, so it does
 not matter in what portions a path is read. Where the profile's attitude comes at a lower rate than
@@ -13,6 +16,7 @@ navdata, its white part is held in between. It is drawn apart from the noise tha
 controller sees.
 """
 
+import math
 from dataclasses import astuple, dataclass
 
 import numpy as np
@@ -22,13 +26,13 @@ from numpy import ndarray
 from rotorpong.conventions import InputError
 from rotorpong.drone import Navdata
 from rotorpong.geometry import euler_from_quaternion, rotation_from_quaternion
-from rotorpong.physics.noise import draw_keys, normal_samples
+from rotorpong.physics.noise import draw_keys, normal_samples, slow_samples
 from rotorpong.physics.vehicle import TICK, SensorNoise, Track
 from rotorpong.world.court import FLOOR_HEIGHT, TABLE_HALF_LENGTH, TABLE_HALF_WIDTH
 
 NAVDATA_TICKS = 5  # 200 Hz, as both tum_simulator and the AR.Drone in full mode publish
-BATTERY_LIFE = 1200.0  # s, tum_simulator
 CHANNELS = 11  # gyro 0:3, accelerometer 3:6, flow 6:9, heading 9, sonar 10
+SLOW_STREAM = np.uint64(0x5DEECE66D)  # makes another key of the attitude's
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,20 +51,34 @@ def draw_sensors(noise: SensorNoise, rng: np.random.Generator) -> Sensors:
     """Draw every error that the sensors will show in one serve.
 
     Raises:
-        InputError: a standard deviation is negative or not finite, or the attitude has no rate.
+        InputError: a standard deviation is negative or not finite, the attitude has no rate, the
+            slow process no time, or the battery is no battery.
     """
     if not all(np.isfinite(value) and value >= 0.0 for value in astuple(noise)):
         raise InputError(f"{noise}: expected standard deviations that are finite and >= 0")
     if not 0.0 < noise.attitude_rate <= 1.0 / TICK:
         raise InputError(f"attitude_rate {noise.attitude_rate} Hz: expected 0 < rate <= {1 / TICK}")
+    if not (noise.attitude_slow_time > 0.0 and noise.battery_life > 0.0):
+        raise InputError(f"{noise}: expected attitude_slow_time and battery_life > 0 s")
+    if noise.battery_charge > 1.0:
+        raise InputError(f"battery_charge {noise.battery_charge}: expected 0 to 1")
     return Sensors(
         noise,
         key=draw_keys(rng),
         attitude_key=draw_keys(rng),
-        gyro_bias=noise.gyro_bias * rng.standard_normal(3),
-        attitude_bias=noise.attitude_bias * rng.standard_normal(2),
+        gyro_bias=_bias(noise.gyro_bias, noise.gyro_bias_limit, rng.standard_normal(3)),
+        attitude_bias=_bias(noise.attitude_bias, noise.attitude_bias_limit, rng.standard_normal(2)),
         velocity_bias=noise.velocity_bias * rng.standard_normal(3),
     )
+
+
+def _bias(size: float, limit: float, draw: Float[ndarray, "n"]) -> Float[ndarray, "n"]:
+    """Return a normal bias plus a uniform one, both made of the same standard normal draw.
+
+    So a profile of either kind takes as much from its generator.
+    """
+    uniform = np.array([math.erf(value / math.sqrt(2.0)) for value in draw])
+    return size * draw + limit * uniform
 
 
 def read(sensors: Sensors, track: Track, first_tick: int, *, departure: bool = False) -> Navdata:
@@ -79,14 +97,16 @@ def read(sensors: Sensors, track: Track, first_tick: int, *, departure: bool = F
     rotation = rotation_from_quaternion(track.quaternion[at])
     attitude = euler_from_quaternion(track.quaternion[at])
     times = ticks * TICK
+    noise = sensors.noise
+    seen = track.velocity if track.seen_velocity is None else track.seen_velocity
     return Navdata(
         times=times,
         body_rates=track.body_rates[at] + sensors.gyro_bias + white[:, 0:3],
         acceleration=_specific_force(sensors, rotation, track.acceleration[at]) + white[:, 3:6],
         attitude=attitude + _attitude_error(sensors, ticks, white[:, 9]),
-        velocity=_level(track.velocity[at], attitude[:, 2]) + sensors.velocity_bias + white[:, 6:9],
+        velocity=_level(seen[at], attitude[:, 2]) + sensors.velocity_bias + white[:, 6:9],
         height=_height(track.position[at]) + white[:, 10],
-        battery=np.maximum(0.0, 1.0 - times / BATTERY_LIFE),
+        battery=np.maximum(0.0, noise.battery_charge - times / noise.battery_life),
     )
 
 
@@ -114,6 +134,10 @@ def _attitude_error(
         drawn = normal_samples(sensors.attitude_key, first, (last - first + 1, 2))
         error[:, 0:2] = sensors.noise.attitude_white * drawn[messages - first]
     error[:, 0:2] += sensors.attitude_bias
+    slow, key = sensors.noise.attitude_slow, sensors.attitude_key ^ SLOW_STREAM
+    if slow > 0.0:
+        correlation_time = sensors.noise.attitude_slow_time
+        error[:, 0:2] += slow * slow_samples(key, ticks * TICK, correlation_time, 2)
     return error
 
 

@@ -8,6 +8,7 @@ Magnus force and bounce solved exactly. Where two arcs do, the lower one is thro
 
 import math
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -21,6 +22,16 @@ from rotorpong.world.racket import HOME_BLADE
 
 PLANE_X = HOME_BLADE[0] + BALL_RADIUS  # where the ball's centre is when it touches the blade
 MOST_TRIES = 1000
+
+
+class Medium(NamedTuple):
+    """What a serve flies through and bounces on."""
+
+    air: Air = Air()
+    table: Surface = TABLE_SURFACE
+
+
+PLAIN_MEDIUM = Medium()
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +56,7 @@ class ServeKind:
     release_up: tuple[float, float] = (-0.4, 0.2)  # from blade height
     approach_speed: tuple[float, float] = (6.0, 8.0)  # m/s along -x
     spin_sd: float = 20.0  # rad/s, each axis
+    medium: Medium = PLAIN_MEDIUM  # in which the launch is solved
 
 
 HUMAN = ServeKind("human")
@@ -72,9 +84,9 @@ def draw_at(kind: ServeKind, target: tuple[float, float], rng: np.random.Generat
         position = np.array(HOME_BLADE) + np.array([ahead, left, up])
         speed = rng.uniform(*kind.approach_speed)
         spin = rng.normal(0.0, kind.spin_sd, size=3)
-        velocity = launch(position, speed, spin, target)
+        velocity = launch(position, speed, spin, target, medium=kind.medium)
         if velocity is not None:
-            return Serve(Ball(position, velocity, spin), target=target)
+            return Serve(Ball(position, velocity, spin), *kind.medium, target=target)
     raise UnsolvableServeError(
         f"serve {kind.name!r} at target {target[0]:.3f} m left, {target[1]:.3f} m up: "
         f"no launch within the rules in {MOST_TRIES} draws"
@@ -86,11 +98,14 @@ def launch(
     speed: float,
     spin: Float[ndarray, "3"],
     target: tuple[float, float],
+    *,
+    medium: Medium = PLAIN_MEDIUM,
 ) -> Float[ndarray, "3"] | None:
     """Return the launch velocity of the lower arc that obeys the rules; None if there is none."""
     state = np.concatenate([position, [-speed, 0.0, 0.0], spin])
     goal = np.array([HOME_BLADE[1] + target[0], HOME_BLADE[2] + target[1]])
-    solved, vy, vz = _serve_kernels.solve(state, PLANE_X, goal, Solids(tick=0.004))
+    solids = Solids(air=medium.air, table=medium.table, tick=0.004)
+    solved, vy, vz = _serve_kernels.solve(state, PLANE_X, goal, solids)
     return np.array([-speed, vy, vz]) if solved else None
 
 

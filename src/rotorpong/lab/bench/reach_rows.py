@@ -18,16 +18,17 @@ from rotorpong.lab.bench.rows import Row
 from rotorpong.lab.oracle import Gate, Oracle
 from rotorpong.lab.reachable import is_reachable
 from rotorpong.lab.serving import SERVE_KINDS, serve_source
-from rotorpong.lab.spec import VEHICLES, Spec
+from rotorpong.lab.spec import Spec
 from rotorpong.lab.trial import Stage, new_drone, play_trial
 from rotorpong.physics.ball import Ball
 from rotorpong.world.racket import HOME_BLADE
-from rotorpong.world.serves import Serve
+from rotorpong.world.serves import PLAIN_MEDIUM, Medium, Serve
 
 BALLS = 1000  # of each kind on each vehicle
 WIDE_SHARE = 5  # times as many wide serves
 TIGHT = 0.98
 WIDE = "wide"
+CAMERA_OF = {"tum_gazebo": "gazebo", "ardrone2": "ardrone2_720p"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +44,7 @@ class Count:
 def rows(balls: int = BALLS, *, seed: int = 0) -> tuple[Row, ...]:
     """Return soundness and tightness on every vehicle and kind of serve."""
     found: list[Row] = []
-    for vehicle in VEHICLES:
+    for vehicle in CAMERA_OF:
         for kind in SERVE_KINDS:
             count = count_serves(stage_of(vehicle, kind, seed), balls)
             found += _rows(f"reach, {vehicle}, {kind}", count)
@@ -66,12 +67,12 @@ def count_serves(stage: Stage, balls: int, *, with_oracle: bool = True) -> Count
 
 def stage_of(vehicle: str, kind: str, seed: int) -> Stage:
     """Return where a kind of serves is played, truth eyes on."""
-    spec = Spec("oracle", "truth", vehicle=vehicle, seed=seed)
+    spec = Spec("oracle", "truth", vehicle, CAMERA_OF[vehicle], seed=seed)
     source = wide_serves if kind == WIDE else serve_source(kind, seed)
     return Stage(spec, spec.setting(), source, "evaluate")
 
 
-def wide_serves(_: int, rng: np.random.Generator) -> Serve:
+def wide_serves(index: int, rng: np.random.Generator, medium: Medium = PLAIN_MEDIUM, /) -> Serve:
     """Throw far to the side, high or low, with or without a bounce: no rules are obeyed."""
     release = np.array(HOME_BLADE) + rng.uniform([3.5, -0.4, -0.2], [4.5, 0.4, 0.3])
     goal = np.array(HOME_BLADE) + rng.uniform([0.0, -1.5, -0.6], [0.0, 1.5, 1.2])
@@ -79,7 +80,8 @@ def wide_serves(_: int, rng: np.random.Generator) -> Serve:
     duration = (release[0] - goal[0] - BALL_RADIUS) / flat
     velocity = (goal - release) / duration
     velocity[2] += 0.5 * 9.81 * duration
-    return Serve(Ball(release, velocity, rng.normal(0.0, 20.0, size=3)))
+    ball = Ball(release, velocity, rng.normal(0.0, 20.0, size=3))
+    return Serve(ball, medium.air, medium.table)
 
 
 class Commands:

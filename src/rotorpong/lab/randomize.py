@@ -1,0 +1,115 @@
+"""What a trial meets under `--randomize`: a drone, a ball, a camera and a room of its own.
+
+Everything is drawn from the range in which the real thing is known to lie, evenly. The player knows
+only the nominal: its eyes are told the camera as it should be, and nobody tells it the rest. All of
+it comes from one generator of the trial, which each part of the world splits off its own, so that
+a part that draws more does not change the others.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from rotorpong.conventions import InputError
+from rotorpong.physics.ball import Air, Surface
+from rotorpong.physics.camera import Camera
+from rotorpong.physics.constants import Range, drawn
+from rotorpong.physics.vehicle import Vehicle
+from rotorpong.world.render import Scene
+from rotorpong.world.serves import PLAIN_MEDIUM, Medium
+from rotorpong.world.simulated_drone import PLAIN_SCENE, Setting
+
+AIR_RANGES: Mapping[str, Range] = {
+    "drag": (0.11, 0.17),  # 1/m, real flights and the textbook
+    "magnus": (0.0, 0.003),  # real matches and the textbook
+}
+TABLE_RANGES: Mapping[str, Range] = {
+    "restitution": (0.85, 0.93),  # ITTF's drop test, with and without drag
+    "friction": (0.15, 0.35),  # about that of real matches; the width is assumed
+}
+FOCAL_ERROR = 0.015  # relative, +-: two published calibrations of the AR.Drone differ by 1.4 %
+CENTER_ERROR = 0.00625  # of the picture's width, +-: 4 px of 640; assumed
+PLACE_ERROR = 0.005  # m, +-, each axis: a camera that is mounted with care
+PITCH_ERROR_DEG = 0.5  # +-
+DELAY_FACTOR: Range = (0.8, 1.2)  # of what the profile says, which is drawn per serve as well
+BRIGHTNESS: Range = (0.7, 1.15)
+CONTRAST: Range = (0.02, 0.06)  # of the walls' texture
+
+
+@runtime_checkable
+class Randomizable(Protocol):
+    """A vehicle that knows how far others of its kind may differ from it."""
+
+    def randomized(self, rng: np.random.Generator) -> Vehicle:
+        """Return another of its kind, constants and sensor noise drawn from their ranges."""
+        ...
+
+
+def draw_trial(setting: Setting, rng: np.random.Generator) -> tuple[Setting, Medium]:
+    """Return what one trial really meets, and the ball that is thrown.
+
+    Args:
+        setting: the nominal.
+        rng: the trial's generator of the world.
+
+    Raises:
+        InputError: the vehicle cannot be drawn.
+    """
+    vehicle_rng, ball_rng, camera_rng, looks_rng = rng.spawn(4)
+    drawn_setting = replace(
+        setting,
+        vehicle=require_randomizable(setting.vehicle).randomized(vehicle_rng),
+        camera=draw_camera(setting.camera, camera_rng),
+        scene=draw_looks(looks_rng),
+    )
+    return drawn_setting, draw_medium(ball_rng)
+
+
+def draw_medium(rng: np.random.Generator) -> Medium:
+    """Return a ball's air and table, drawn."""
+    air: Air = drawn(PLAIN_MEDIUM.air, AIR_RANGES, rng)
+    table: Surface = drawn(PLAIN_MEDIUM.table, TABLE_RANGES, rng)
+    return Medium(air, table)
+
+
+def draw_camera(camera: Camera, rng: np.random.Generator) -> Camera:
+    """Return a camera that is nearly the nominal one: focal length, centre, place, pitch, delay."""
+    focal = 1.0 + rng.uniform(-FOCAL_ERROR, FOCAL_ERROR)
+    shift_x, shift_y = rng.uniform(-CENTER_ERROR, CENTER_ERROR, 2) * camera.width_px
+    x, y, z = np.array(camera.position_m) + rng.uniform(-PLACE_ERROR, PLACE_ERROR, 3)
+    pitch = camera.camera_pitch_deg + rng.uniform(-PITCH_ERROR_DEG, PITCH_ERROR_DEG)
+    later = rng.uniform(*DELAY_FACTOR)
+    return replace(
+        camera,
+        focal_length_px=(camera.focal_length_px[0] * focal, camera.focal_length_px[1] * focal),
+        center_px=(camera.center_px[0] + float(shift_x), camera.center_px[1] + float(shift_y)),
+        position_m=(float(x), float(y), float(z)),
+        camera_pitch_deg=pitch,
+        delay_s=(camera.delay_s[0] * later, camera.delay_s[1] * later),
+    )
+
+
+def draw_looks(rng: np.random.Generator) -> Scene:
+    """Return the room in another light, with other walls."""
+    return replace(
+        PLAIN_SCENE,
+        brightness=rng.uniform(*BRIGHTNESS),
+        texture_contrast=rng.uniform(*CONTRAST),
+        texture_seed=int(rng.integers(2**31)),
+    )
+
+
+def require_randomizable(vehicle: Vehicle) -> Randomizable:
+    """Return the vehicle if others of its kind can be drawn.
+
+    Raises:
+        InputError: it has no `randomized`.
+    """
+    if not isinstance(vehicle, Randomizable):
+        raise InputError(
+            f"--randomize with vehicle {vehicle.name!r}: expected one with randomized(rng), which "
+            "returns another of its kind"
+        )
+    return vehicle
