@@ -52,13 +52,12 @@ def test_the_summary_has_the_keys_and_types_of_the_contract(paper):
     assert all(set(trial) == TRIAL_KEYS for trial in found["trials"])
     assert len(found["trials"]) == 12
     assert [trial["index"] for trial in found["trials"]] == list(range(12))
-    for key in ("balls", "seed", "hits", "near_hits", "returned"):
+    for key in ("balls", "seed", "hits", "near_hits", "returned", "reachable", "hits_of_reachable"):
         assert type(found[key]) is int
-    for key in ("reachable", "hits_of_reachable", "hit_rate_of_reachable"):
-        assert found[key] is None
+    assert 0.0 <= found["hit_rate_of_reachable"] <= 1.0
     for trial in found["trials"]:
         assert trial["outcome"] in OUTCOMES
-        assert trial["reachable"] is None
+        assert type(trial["reachable"]) is bool
         assert type(trial["miss_distance_m"]) is float
         assert (trial["outcome"] == "hit") <= (trial["miss_distance_m"] == 0.0)
 

@@ -41,9 +41,9 @@ def test_a_rate_in_words(share, interval, text):
 
 def test_a_summary_counts_every_outcome():
     results = [
-        Result(0, "hit", 0.0, 0.0, None),
-        Result(1, "hull", 0.1, None, None),
-        Result(2, "hull", 0.3, 0.05, None),
+        Result(0, "hit", 0.0, 0.0, None, reachable=True),
+        Result(1, "hull", 0.1, None, None, reachable=True),
+        Result(2, "hull", 0.3, 0.05, None, reachable=True),
     ]
     text = shown(summary_table(summary(Spec(), results)))
     rows = {
@@ -58,13 +58,14 @@ def test_a_summary_counts_every_outcome():
 
 
 def test_a_summary_without_misses_shows_a_dash():
-    assert "-" in shown(summary_table(summary(Spec(), [Result(0, "hit", 0.0, 0.0, None)])))
-    assert "100.0 %" in shown(summary_table(summary(Spec(), [Result(0, "hit", 0.0, 0.0, None)])))
+    hit = Result(0, "hit", 0.0, 0.0, None, reachable=True)
+    assert "-" in shown(summary_table(summary(Spec(), [hit])))
+    assert "100.0 %" in shown(summary_table(summary(Spec(), [hit])))
 
 
 def test_names_in_brackets_are_shown_as_they_are():
     own = Spec("[red]players[/red]/own.py:Own", serves="[/nonsense].csv")
-    text = shown(summary_table(summary(own, [Result(0, "miss", 0.2, None, None)])))
+    text = shown(summary_table(summary(own, [Result(0, "miss", 0.2, None, None, reachable=True)])))
     assert "[red]players[/red]/own.py:Own" in text
     assert "[/nonsense].csv" in text
     picture = {"path": "[/x].png", "frame": 0, "balls": []}

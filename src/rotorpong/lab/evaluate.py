@@ -5,7 +5,7 @@ Trials share nothing, so any number of workers gives the same results in the sam
 
 from collections.abc import Generator, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -13,10 +13,12 @@ import numpy as np
 from rotorpong.drone import Outcome, Player
 from rotorpong.experience import Demonstration, Trial, shipped_demonstrations
 from rotorpong.lab.demonstrate import Progress, lessons_of
+from rotorpong.lab.oracle import Gate, Oracle
+from rotorpong.lab.reachable import is_reachable
 from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec, own_player
 from rotorpong.lab.statistics import rate, wilson_interval
-from rotorpong.lab.trial import Stage, play_trial
+from rotorpong.lab.trial import Controls, Stage, new_drone, play_trial
 from rotorpong.lab.workers import in_workers
 from rotorpong.play.hover import Hover
 from rotorpong.play.paper import PaperPlayer
@@ -41,13 +43,14 @@ class Result:
     miss_distance: float  # m
     time_error: float | None  # s
     landing_x: float | None  # m
+    reachable: bool = field(kw_only=True)  # by anybody
 
     def as_json(self) -> dict[str, Any]:
         """Return the trial as `evaluate --json` prints it."""
         return {
             "index": self.index,
             "outcome": self.outcome,
-            "reachable": None,
+            "reachable": self.reachable,
             "miss_distance_m": self.miss_distance,
             "time_error_s": self.time_error,
             "landing_x_m": self.landing_x,
@@ -87,6 +90,8 @@ def summary(spec: Spec, results: Sequence[Result]) -> dict[str, Any]:
     balls, outcomes = len(results), [result.outcome for result in results]
     misses = [result.miss_distance for result in results if result.outcome != "hit"]
     hits = outcomes.count("hit")
+    within = [result for result in results if result.reachable]
+    hits_within = sum(result.outcome == "hit" for result in within)
     return {
         "player": spec.player,
         "eyes": spec.eyes,
@@ -98,9 +103,9 @@ def summary(spec: Spec, results: Sequence[Result]) -> dict[str, Any]:
         "hits": hits,
         "hit_rate": rate(hits, balls),
         "hit_rate_interval": wilson_interval(hits, balls),
-        "reachable": None,
-        "hits_of_reachable": None,
-        "hit_rate_of_reachable": None,
+        "reachable": len(within),
+        "hits_of_reachable": hits_within,
+        "hit_rate_of_reachable": rate(hits_within, len(within)),
         "near_hits": outcomes.count("near_hit"),
         "returned": sum(result.landing_x is not None for result in results),
         "miss_distance_median_m": float(np.median(misses)) if misses else None,
@@ -153,9 +158,16 @@ class _Table:
         return [self._result(index) for index in chunk]
 
     def _result(self, index: int) -> Result:
-        truth = play_trial(self._stage, index, self._player()).truth
+        player = self._player()
+        watch = Gate if isinstance(player, Oracle) else Controls
+        truth = play_trial(self._stage, index, player, watch=watch).truth
         return Result(
-            index, truth.verdict.outcome, truth.miss_distance, truth.time_error, truth.landing_x
+            index,
+            truth.verdict.outcome,
+            truth.miss_distance,
+            truth.time_error,
+            truth.landing_x,
+            reachable=is_reachable(new_drone(self._stage, index)),
         )
 
 
@@ -173,4 +185,6 @@ def _play_here(chunk: range) -> list[Result]:
 
 
 def _our_player(spec: Spec, knowledge: Knowledge) -> Player:
+    if spec.player == "oracle":
+        return Oracle()
     return Hover() if spec.player == "hover" else make_player(spec, knowledge)

@@ -24,7 +24,7 @@ from rotorpong.world.racket import RACKETS
 from rotorpong.world.simulated_drone import Setting, SimulatedDrone
 from rotorpong.world.truth_eyes import TruthEyes
 
-PLAYERS = ("hover", "paper")
+PLAYERS = ("hover", "paper", "oracle")
 LEARNERS = ("paper",)
 EYES = ("truth", "paper")
 VEHICLES: dict[str, Vehicle] = {v.name: v for v in (TUM_GAZEBO, ARDRONE2, ARDRONE2_RAW)}
@@ -56,6 +56,7 @@ class Spec:
         else:
             require_choice("player", self.player, PLAYERS, "or your own as FILE.py:CLASS")
         require_choice("eyes", self.eyes, EYES)
+        self._check_oracle()
         if isinstance(self.vehicle, str):
             require_choice("vehicle", self.vehicle, tuple(VEHICLES))
         require_choice("racket", self.racket, tuple(RACKETS))
@@ -68,6 +69,12 @@ class Spec:
         if self.serves not in SERVE_KINDS:
             serve_source(self.serves, self.seed)
         return self
+
+    def _check_oracle(self) -> None:
+        if self.player == "oracle" and self.blackout:
+            raise InputError("--blackout with player oracle: it looks at no frame; choose another")
+        if self.player == "oracle" and self.eyes != "truth":
+            raise InputError(f"player oracle with eyes {self.eyes!r}: expected eyes truth")
 
     @property
     def is_own_player(self) -> bool:

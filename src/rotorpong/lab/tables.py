@@ -23,6 +23,8 @@ def summary_table(result: dict[str, Any]) -> Table:
         table.add_row(what, escape(str(result[what])))
     table.add_row("hits", str(result["hits"]))
     table.add_row("hit rate (95 %)", percent(result["hit_rate"], result["hit_rate_interval"]))
+    table.add_row("reachable", str(result["reachable"]))
+    table.add_row("hit rate of reachable", percent(result["hit_rate_of_reachable"]))
     for outcome, count in sorted(_counts(result["trials"]).items()):
         table.add_row(outcome, str(count))
     median = result["miss_distance_median_m"]

@@ -67,7 +67,7 @@ class _Witness:
         return estimate
 
 
-class _Controls:
+class Controls:
     """All that a player gets of a drone: to observe and to command."""
 
     __slots__ = ("_command", "_observe")
@@ -76,9 +76,11 @@ class _Controls:
         self._observe, self._command = drone.observe, drone.command
 
     def observe(self) -> Observation | None:
+        """Wait for the next frame; `None` when the serve is over."""
         return self._observe()
 
     def command(self, velocity: VelocityCommand) -> VelocityCommand:
+        """Fly at `velocity` from now on; return what was sent."""
         return self._command(velocity)
 
 
@@ -87,7 +89,7 @@ def play_trial(
     index: int,
     player: Player,
     *,
-    watch: Callable[[SimulatedDrone], Drone] = _Controls,
+    watch: Callable[[SimulatedDrone], Drone] = Controls,
 ) -> Played:
     """Play serve `index` of a stage.
 
@@ -119,6 +121,12 @@ def meet(stage: Stage, index: int, generators: Generators) -> tuple[Serve, Simul
         sensor_rng=generators.sensors,
     )
     return serve, drone
+
+
+def new_drone(stage: Stage, index: int) -> SimulatedDrone:
+    """Return the drone of serve `index` at the instant of the release, as every player meets it."""
+    generators = trial_generators(stage.spec.seed, stage.purpose, index)
+    return meet(stage, index, generators)[1]
 
 
 def _error_of(

@@ -25,9 +25,10 @@ from rotorpong.drone import (
 )
 from rotorpong.geometry import rotation_from_quaternion
 from rotorpong.physics.camera import Camera, camera_from_body
-from rotorpong.physics.vehicle import Vehicle
+from rotorpong.physics.vehicle import Vehicle, VehicleState
 from rotorpong.world.contact import (
     TICK,
+    BallState,
     Contact,
     Solids,
     advance,
@@ -57,6 +58,16 @@ class Truth:
     body_path: Float[ndarray, "n 3"]
     blade_path: Float[ndarray, "n 3"]
     contacts: tuple[Contact, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Instant:
+    """The whole truth at one tick: what decides how the serve goes on."""
+
+    tick: int
+    ball: BallState
+    vehicle: VehicleState
+    solids: Solids
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,6 +153,17 @@ class SimulatedDrone:
     def camera(self) -> Camera:
         """The onboard camera."""
         return self._setting.camera
+
+    @property
+    def vehicle(self) -> Vehicle:
+        """Who flies."""
+        return self._setting.vehicle
+
+    @property
+    def now(self) -> Instant:
+        """Where everything is; for the laboratory, as all truth."""
+        log = self._log
+        return Instant(log.ticks, log.ball[log.ticks].copy(), self._vehicle_state, self._solids)
 
     @property
     def is_over(self) -> bool:
