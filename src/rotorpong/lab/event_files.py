@@ -8,6 +8,7 @@ origin at the centre of the table, x along it. Velocity and spin that were not m
 """
 
 import csv
+import itertools
 import math
 import re
 from dataclasses import dataclass
@@ -82,7 +83,7 @@ def _events_of(path: Path, lines: list[str]) -> tuple[Event, ...]:
     events = tuple(_event(path, f"{path}: line {i}", next(csv.reader([line]))) for i, line in rows)
     if not events:
         raise InputError(f"{path}: no row after its header; expected events")
-    for one, other in zip(events, events[1:], strict=False):
+    for one, other in itertools.pairwise(events):
         if one.rally == other.rally and other.time < one.time:
             raise InputError(
                 f"{path}: {other.rally}event{other.number} at {other.time:g} s comes after "

@@ -6,8 +6,9 @@ Least squares over the RK4 flight of `ball` (positions p_i at times t_i, unknown
 
 with rho(r^2) = 2 (sqrt(1 + r^2) - 1) for each coordinate, so that a few bad points do not bend the
 flight; s is the noise of good 3-D tracking, and the second sum what is known of table tennis before
-any measurement (a `Belief`): without it the spin along the direction of flight, which bends nothing,
-could be anything. The Magnus coefficient is that of `Air`; only its product with the spin can be measured.
+any measurement (a `Belief`): without it the spin along the direction of flight, which bends
+nothing, could be anything. The Magnus coefficient is that of `Air`; only its product with the spin
+can be measured.
 Where the flight bounces, restitution, friction and the table's height in the measured frame are
 unknown too. World-like frame: z up, metres; the table may lie anywhere horizontally.
 """
@@ -32,6 +33,7 @@ TABLE_HEIGHT_SD = 0.01  # m, by which a measured frame may miss the playing surf
 TABLE_HEIGHT_MOST = 0.05
 MOST_BOUNCES = 4  # that a rolling ball's may be told apart
 FEWEST_POINTS = 5
+
 
 @dataclass(frozen=True, slots=True)
 class Belief:
@@ -106,7 +108,7 @@ def fit_flight(
 
     def residuals(unknowns: Float[ndarray, "k"]) -> Float[ndarray, "j"]:
         path = _path(unknowns[:6], parameters_of(unknowns), times)
-        return np.concatenate([((path - positions) / NOISE).ravel(), unknowns[6:]])
+        return np.r_[((path - positions) / NOISE).ravel(), unknowns[6:]]
 
     sides = ((ranges[free] - means[free, None]) / sds[free, None]).T
     bounds = tuple(
@@ -145,9 +147,7 @@ def follow(
     return _balls(path)
 
 
-def fall(
-    balls: Ball, air: Air, height: float, longest: float
-) -> tuple[Ball, Float[ndarray, "n"]]:
+def fall(balls: Ball, air: Air, height: float, longest: float) -> tuple[Ball, Float[ndarray, "n"]]:
     """Return balls where their centres come down to a height, and how long that takes.
 
     Args:
@@ -192,8 +192,10 @@ def _path(
     launch: Float[ndarray, "6"], parameters: Float[ndarray, "m"], times: Float[ndarray, "n"]
 ) -> Float[ndarray, "n 3"]:
     air, table = _medium(parameters)
-    ball = Ball(launch[:3], launch[3:], parameters[:3])
-    return follow(ball, times, air, table, most=int(len(parameters) > 4)).position
+    state, path = np.r_[launch, parameters[:3]], np.empty((len(times), 9))
+    most = int(len(parameters) > 4)
+    kernels.follow(state, times, air, table.surface, table.height + BALL_RADIUS, most, path)
+    return path[:, :3]
 
 
 def _medium(parameters: Float[ndarray, "m"]) -> tuple[Air, Table]:

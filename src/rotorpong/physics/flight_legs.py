@@ -25,7 +25,7 @@ from rotorpong.physics.ball import Air, Ball
 NOISE = 0.015  # m, a coordinate of a measured position
 LONGEST_DELAY = 0.05  # s
 MOST_DRAG, MOST_MAGNUS = 0.5, 0.01
-MEETING_ROUNDS = 12
+MEETING_ROUNDS = 30  # each leaves about a quarter of the miss
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +95,9 @@ def fit_air(legs: Legs, *, drag: float | None = None, delay: float | None = None
 
 def undelayed(ball: Ball, air: Air, delay: float) -> Ball:
     """Return balls with their velocities flown back by `delay` seconds, where they are."""
-    return Ball(ball.position, _flown(ball, air, np.full(len(ball.spin), -delay)).velocity, ball.spin)
+    return Ball(
+        ball.position, _flown(ball, air, np.full(len(ball.spin), -delay)).velocity, ball.spin
+    )
 
 
 def landing(legs: Legs, air: Air) -> tuple[Ball, Ball]:

@@ -28,7 +28,7 @@ from rotorpong.physics.flight_bounces import (
     sliding_friction,
 )
 from rotorpong.physics.flight_fit import fall
-from rotorpong.physics.flight_legs import AirFit, Legs, fit_air, landing, taken, undelayed
+from rotorpong.physics.flight_legs import AirFit, Legs, fit_air, landing, undelayed
 
 Progress = Callable[[int, int], None]
 STEPS = 4
@@ -196,7 +196,7 @@ def _bounce_rows(bounces: Bounces, match: Match) -> list[Row]:
 
 
 def _spin_rows(bounces: Bounces, match: Match) -> list[Row]:
-    """Return how the spin changed at the bounce, and in flight: about the vertical, as no bounce does."""
+    """Return how spin changed at the bounce, and in flight: about the vertical."""
     felt = np.linalg.norm(bounces.predicted_spin_change, axis=1) > FELT
     found = _quantiles("events: spin change over a thin shell's", bounces.coupling[felt], "1")
     old, new = match.legs.start.spin[:, 2], match.after.spin[:, 2]
@@ -236,7 +236,9 @@ def _law_rows(bounces: Bounces, match: Match) -> list[Row]:
                     "m/s",
                 )
                 found += _spread(
-                    f"events: {name} spin error, {words}", np.sum(spin * axis, axis=1)[which], "rad/s"
+                    f"events: {name} spin error, {words}",
+                    np.sum(spin * axis, axis=1)[which],
+                    "rad/s",
                 )
     return found
 

@@ -1,7 +1,7 @@
 """Rows of `rotorpong bench world --flights`: our flight against measured ones.
 
-Every recording is cut at its strokes and bounces (`physics.flight_arcs`). Each arc of free flight is
-fitted with less and more of our model (`physics.flight_fit`); what a model leaves, it does not
+Every recording is cut at its strokes and bounces (`physics.flight_arcs`). Each arc of free flight
+is fitted with less and more of our model (`physics.flight_fit`); what a model leaves, it does not
 explain. Drag and lift of the whole population come from fits that believe nearly nothing, the
 Magnus coefficient from those whose spin was measured by other means (`lab.spin_files`), the
 restitution from the fits on either side of a bounce (`physics.flight_bounces`).
@@ -39,6 +39,7 @@ LONG = 0.25  # s of an arc whose drag counts
 FEWEST = 5  # values that get a median
 STRAIGHT = 0.7  # cosine between the lift and that of the measured spin
 SPIN_RATIOS = (0.0, 0.15, 0.4, 0.7, 1.5)  # edges of classes
+NORMAL_SPEEDS = (1.5, 2.0, 2.5, 3.0, 4.5)  # m/s, edges of classes
 MOST_RESIDUAL = 0.01  # m rms: what a flight on which constants are fitted may leave
 DROP, REBOUND = 0.305, (0.230, 0.245, 0.260)  # m: ITTF technical leaflet T3, ball on steel
 DROP_STEPS = 60
@@ -119,7 +120,7 @@ def drop_rows(air: Air) -> list[Row]:
 
 
 def restitution_of_drop(height: float, air: Air) -> float:
-    """Return the restitution at which a ball dropped from 305 mm rebounds to `height` (m), in air."""
+    """Return the restitution of a ball that drops 305 mm in air and rebounds to `height` (m)."""
     still = np.zeros((1, 3))
     landed, _ = fall(Ball(DROP * UP[None], still, still), air, 0.0, 1.0)
     low, high = 0.5, 1.1
@@ -151,9 +152,7 @@ def _fitted(flight: Flight, arc: Arc) -> Fitted:
 
 
 def _residual_rows(found: list[Fitted]) -> list[Row]:
-    medians = {
-        name: float(np.median([one.residuals[name] for one in found])) for name in MODELS
-    }
+    medians = {name: float(np.median([one.residuals[name] for one in found])) for name in MODELS}
     ratio = medians["drag and spin"] / max(medians["gravity only"], 1e-9)
     return [
         *(
@@ -182,7 +181,7 @@ def _magnus_rows(found: list[Fitted]) -> list[Row]:
     for one in found:
         spin = spin_of(one.flight.name, known) if one.arc.first == 0 else None
         if spin is not None and _is_clean(one):
-            measured.append(_lift(one.open_fit, spin))
+            measured.append(lift(one.open_fit, spin))
     if not measured:
         return []
     magnus, cosine, ratio = np.array(measured).T
@@ -200,7 +199,7 @@ def _magnus_rows(found: list[Fitted]) -> list[Row]:
     return found_rows
 
 
-def _lift(fit: FlightFit, spin: Float[ndarray, "3"]) -> tuple[float, float, float]:
+def lift(fit: FlightFit, spin: Float[ndarray, "3"]) -> tuple[float, float, float]:
     """Return Magnus coefficient, cosine between fitted and measured spin, and spin ratio."""
     speed = float(np.linalg.norm(fit.ball.velocity))
     along = fit.ball.velocity / speed
@@ -222,11 +221,38 @@ def _bounce_rows(arcs: list[list[Fitted]]) -> list[Row]:
         for before, after in pairs
     ]
     restitution = np.array([one.restitution[0] for one in measured])
-    speed = np.array([-one.before.velocity[0, 2] for one in measured])
     found = _quantiles("flights: restitution", restitution, "1")
-    for low, high in ((1.5, 2.0), (2.0, 2.5), (2.5, 3.0), (3.0, 4.5)):
+    speed = np.array([-one.before.velocity[0, 2] for one in measured])
+    for low, high in itertools.pairwise(NORMAL_SPEEDS):
         at = (speed >= low) & (speed < high)
         found += _quantiles(f"flights: restitution at {low:g}-{high:g} m/s", restitution[at], "1")
+    folders = np.array([str(Path(before.flight.name).parent) for before, _ in pairs])
+    flat = np.array([one.before.velocity[0, :2] for one in measured]).reshape(-1, 2)
+    for folder in sorted(set(folders.tolist())):
+        at = folders == folder
+        found += both_ways(Path(folder).name, flat[at], restitution[at])
+    return found
+
+
+def both_ways(
+    folder: str, flat: Float[ndarray, "n 2"], restitution: Float[ndarray, "n"]
+) -> list[Row]:
+    """Return the restitution of balls that fly one way, the other way, and the mean of the two.
+
+    A measured frame that is tilted by a small angle a adds a v to every vertical speed, down and
+    up; with v of 8 m/s, half a degree is 0.06 in the restitution. The mean of both ways is free
+    of it.
+    """
+    main = np.linalg.svd(flat, full_matrices=False)[2][0]
+    ways = [restitution[sign * (flat @ main) > 0.0] for sign in (1.0, -1.0)]
+    medians = [float(np.median(way)) for way in ways if len(way) >= FEWEST]
+    found = [
+        Row(f"flights: restitution in {folder}, way {i}, median", median, "1")
+        for i, median in enumerate(medians, start=1)
+    ]
+    if len(medians) == 2:
+        mean = float(np.mean(medians))
+        found.append(Row(f"flights: restitution in {folder}, mean of both ways", mean, "1"))
     return found
 
 
