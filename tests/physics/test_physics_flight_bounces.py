@@ -97,7 +97,7 @@ def test_restitution_is_recovered_from_noisy_tracks_within_four_sigma():
             fit_flight(times[part], points[part], bounces=False, belief=belief)
             for part in (slice(0, at), slice(at, at + 30))
         ]
-        found.append(bounce_between(*fits, float(times[at])).restitution[0])
+        found.append(bounce_between(fits[0], fits[1], float(times[at])).restitution[0])
     error = np.std(found) / np.sqrt(len(found))
     assert abs(np.mean(found) - LAW.restitution) < 4.0 * error
     assert error < 0.006

@@ -157,19 +157,23 @@ def _lift_rows(legs: Legs, fit: AirFit) -> list[Row]:
 
 
 def _flight_rows(match: Match, fit: AirFit) -> list[Row]:
-    """Return how near the product's flight comes to the measured bounce."""
-    legs = match.legs
-    start = undelayed(legs.start, Air(), fit.delay)
-    end, times = fall(start, Air(), BALL_RADIUS, LONGEST_FLIGHT)
+    """Return how near the product's air, and that of all these flights, come to the bounces."""
+    airs = {"our air": Air(), "air of all flights": fit.air}
+    return [row for name, air in airs.items() for row in _landing_rows(match.legs, fit, name, air)]
+
+
+def _landing_rows(legs: Legs, fit: AirFit, words: str, air: Air) -> list[Row]:
+    start = undelayed(legs.start, air, fit.delay)
+    end, times = fall(start, air, BALL_RADIUS, LONGEST_FLIGHT)
     landed = np.isfinite(times)
     miss = np.linalg.norm((end.position - legs.end)[:, :2], axis=1)
     late = np.abs(times - legs.duration)
-    found = [Row("events: flights that our model lands", float(landed.mean()), "1")]
+    found = [Row(f"events: share that lands, {words}", float(landed.mean()), "1")]
     slow = legs.spin_ratio < SPIN_RATIOS[2]
-    for which, words in ((landed, "all"), (landed & slow, f"spin ratio < {SPIN_RATIOS[2]}")):
-        name = f"events: landing place, our model, {words}"
-        found += _quantiles(name, 1e3 * miss[which], "mm")
-        found += _quantiles(f"events: landing time, our model, {words}", 1e3 * late[which], "ms")
+    for which, kind in ((landed, "all"), (landed & slow, f"spin ratio < {SPIN_RATIOS[2]}")):
+        name = f"{words}, {kind}"
+        found += _quantiles(f"events: landing place error, {name}", 1e3 * miss[which], "mm")
+        found += _quantiles(f"events: landing time error, {name}", 1e3 * late[which], "ms")
     return found
 
 
