@@ -79,6 +79,17 @@ def read_flights(folder: Path) -> tuple[tuple[Flight, ...], int]:
         files = sorted(path for path in folder.iterdir() if path.is_file())
     except OSError as error:
         raise InputError(f"{folder}: cannot be read ({error.strerror})") from None
+    return _flights_among(folder, files)
+
+
+def read_flight_tree(path: Path) -> tuple[tuple[Flight, ...], int]:
+    """Return the flight in a file, or those in a folder and its subfolders; see `read_flights`."""
+    if not path.is_dir():
+        return (read_flight(path),), 0
+    return _flights_among(path, sorted(file for file in path.rglob("*") if file.is_file()))
+
+
+def _flights_among(folder: Path, files: list[Path]) -> tuple[tuple[Flight, ...], int]:
     known = [(path, lines) for path in files if (lines := _lines_of_flight(path))]
     if not known:
         raise InputError(f"{folder}: {len(files)} files, none of them a flight: {LAYOUTS}")

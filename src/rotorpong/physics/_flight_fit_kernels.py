@@ -1,5 +1,7 @@
 """The flights of `flight_fit`, compiled: along measured times with bounces, and back in time."""
 
+import math
+
 import numpy as np
 
 from rotorpong.kernels import kernel
@@ -67,8 +69,43 @@ def follow(state, times, air, surface, height, most, path):
 
 
 @kernel
+def fall(states, air, height, longest, times):
+    """Fly every state until its centre comes down to `height`; the time is NaN if it does not.
+
+    Args:
+        states: (n, 9), changed in place.
+        air: drag and Magnus coefficient.
+        height: m.
+        longest: s.
+        times: (n,), written.
+    """
+    after = np.empty(9)
+    for i in range(states.shape[0]):
+        state, time, times[i] = states[i], 0.0, np.nan
+        while time < longest:
+            step(state, STEP, air, after)
+            if state[2] >= height and after[2] < height:
+                dt = STEP * fall_fraction(state, STEP, air, height, after)
+                step(state, dt, air, after)
+                state[:] = after
+                times[i] = time + dt
+                break
+            state[:] = after
+            time += STEP
+
+
+@kernel
 def trace(state, air, dt, path):
     """Write the states after 0, 1, 2 ... steps of free flight; a negative dt goes back in time."""
     path[0] = state
     for i in range(1, path.shape[0]):
         step(path[i - 1], dt, air, path[i])
+
+
+@kernel
+def fly_each(states, air, durations):
+    """Fly state i for durations[i] seconds, in place; a negative duration goes back in time."""
+    for i in range(states.shape[0]):
+        steps = max(1, math.ceil(abs(durations[i]) / STEP))
+        for _ in range(steps):
+            step(states[i], durations[i] / steps, air, states[i])

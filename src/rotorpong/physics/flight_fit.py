@@ -6,8 +6,9 @@ Least squares over the RK4 flight of `ball` (positions p_i at times t_i, unknown
 
 with rho(r^2) = 2 (sqrt(1 + r^2) - 1) for each coordinate, so that a few bad points do not bend the
 flight; s is the noise of good 3-D tracking, and the second sum what is known of table tennis before
-any measurement: without it the spin along the direction of flight, which bends nothing, could be
-anything. The Magnus coefficient is that of `Air`; only its product with the spin can be measured.
+any measurement (a `Belief`): without it the spin along the direction of flight, which bends
+nothing, could be anything. The Magnus coefficient is that of `Air`; only its product with the spin
+can be measured.
 Where the flight bounces, restitution, friction and the table's height in the measured frame are
 unknown too. World-like frame: z up, metres; the table may lie anywhere horizontally.
 """
@@ -33,17 +34,18 @@ TABLE_HEIGHT_MOST = 0.05
 MOST_BOUNCES = 4  # that a rolling ball's may be told apart
 FEWEST_POINTS = 5
 
-MEANS = np.array([0, 0, 0, DRAG_MEAN, TABLE_SURFACE.restitution, TABLE_SURFACE.friction, 0.0])
-SDS = np.array([SPIN_SD] * 3 + [DRAG_SD, RESTITUTION_SD, FRICTION_SD, TABLE_HEIGHT_SD])
-RANGES = np.array(
-    [
-        *[(-np.inf, np.inf)] * 3,
-        DRAG_RANGE,
-        RESTITUTION_RANGE,
-        FRICTION_RANGE,
-        (-TABLE_HEIGHT_MOST, TABLE_HEIGHT_MOST),
-    ]
-)
+
+@dataclass(frozen=True, slots=True)
+class Belief:
+    """What is believed of air and spin before a flight is measured; a spread of 0 is certainty."""
+
+    drag: float = DRAG_MEAN  # 1/m
+    drag_sd: float = DRAG_SD
+    drag_range: tuple[float, float] = DRAG_RANGE
+    spin_sd: float = SPIN_SD  # rad/s, each axis, about no spin
+
+
+USUAL = Belief()
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +79,11 @@ class FlightFit:
 
 
 def fit_flight(
-    times: Float[ndarray, "n"], positions: Float[ndarray, "n 3"], *, bounces: bool
+    times: Float[ndarray, "n"],
+    positions: Float[ndarray, "n 3"],
+    *,
+    bounces: bool,
+    belief: Belief = USUAL,
 ) -> FlightFit:
     """Return the flight nearest to measured positions of a ball that nobody touched.
 
@@ -85,26 +91,32 @@ def fit_flight(
         times: s, increasing.
         positions: m, z up.
         bounces: whether it bounces off the table on the way; else it meets nothing.
+        belief: about drag and spin, before the measurement.
 
     Raises:
         InputError: fewer than 5 points.
     """
     if len(times) < FEWEST_POINTS:
         raise InputError(f"flight of {len(times)} points: expected at least {FEWEST_POINTS}")
-    count = len(MEANS) if bounces else 4
-    means, sds = MEANS[:count], SDS[:count]
+    means, sds, ranges = _beliefs(belief, 7 if bounces else 4)
+    free = sds > 0.0
 
-    def residuals(unknowns: Float[ndarray, "m"]) -> Float[ndarray, "k"]:
-        path = _path(unknowns[:6], means + sds * unknowns[6:], times)
-        return np.concatenate([((path - positions) / NOISE).ravel(), unknowns[6:]])
+    def parameters_of(unknowns: Float[ndarray, "k"]) -> Float[ndarray, "m"]:
+        parameters = means.copy()
+        parameters[free] += sds[free] * unknowns[6:]
+        return parameters
 
-    ranges = (RANGES[:count].T - means) / sds
+    def residuals(unknowns: Float[ndarray, "k"]) -> Float[ndarray, "j"]:
+        path = _path(unknowns[:6], parameters_of(unknowns), times)
+        return np.r_[((path - positions) / NOISE).ravel(), unknowns[6:]]
+
+    sides = ((ranges[free] - means[free, None]) / sds[free, None]).T
     bounds = tuple(
-        np.r_[[sign * np.inf] * 6, side] for sign, side in zip((-1, 1), ranges, strict=True)
+        np.r_[[sign * np.inf] * 6, side] for sign, side in zip((-1, 1), sides, strict=True)
     )
-    start = np.r_[_first_guess(times, positions), np.zeros(count)]
+    start = np.r_[_first_guess(times, positions), np.zeros(int(free.sum()))]
     solved = least_squares(residuals, start, bounds=bounds, loss="soft_l1", x_scale="jac").x
-    parameters = means + sds * solved[6:]
+    parameters = parameters_of(solved)
     misses = _path(solved[:6], parameters, times) - positions
     air, table = _medium(parameters)
     return FlightFit(
@@ -135,6 +147,21 @@ def follow(
     return _balls(path)
 
 
+def fall(balls: Ball, air: Air, height: float, longest: float) -> tuple[Ball, Float[ndarray, "n"]]:
+    """Return balls where their centres come down to a height, and how long that takes.
+
+    Args:
+        balls: n of them, shape (n, 3).
+        air: drag and Magnus coefficient.
+        height: of the centre, m.
+        longest: s after which the search ends; the time of a ball that is still above is NaN.
+    """
+    states = np.concatenate([balls.position, balls.velocity, balls.spin], axis=1).astype(float)
+    times = np.empty(len(states))
+    kernels.fall(states, air, height, longest, times)
+    return _balls(states), times
+
+
 def rewind(ball: Ball, air: Air, duration: float) -> Ball:
     """Return one ball now, 5 ms ago, 10 ms ago ... in free flight, `duration` seconds back."""
     path = np.empty((int(np.ceil(duration / STEP)) + 1, 9))
@@ -146,12 +173,29 @@ def _balls(path: Float[ndarray, "n 9"]) -> Ball:
     return Ball(path[:, :3].copy(), path[:, 3:6].copy(), path[:, 6:].copy())
 
 
+def _beliefs(
+    belief: Belief, count: int
+) -> tuple[Float[ndarray, "m"], Float[ndarray, "m"], Float[ndarray, "m 2"]]:
+    """Return means, spreads and ranges of the first `count` parameters (see `_medium`)."""
+    rows = [
+        *[(0.0, belief.spin_sd, -np.inf, np.inf)] * 3,
+        (belief.drag, belief.drag_sd, *belief.drag_range),
+        (TABLE_SURFACE.restitution, RESTITUTION_SD, *RESTITUTION_RANGE),
+        (TABLE_SURFACE.friction, FRICTION_SD, *FRICTION_RANGE),
+        (0.0, TABLE_HEIGHT_SD, -TABLE_HEIGHT_MOST, TABLE_HEIGHT_MOST),
+    ]
+    table = np.array(rows[:count])
+    return table[:, 0], table[:, 1], table[:, 2:]
+
+
 def _path(
     launch: Float[ndarray, "6"], parameters: Float[ndarray, "m"], times: Float[ndarray, "n"]
 ) -> Float[ndarray, "n 3"]:
     air, table = _medium(parameters)
-    ball = Ball(launch[:3], launch[3:], parameters[:3])
-    return follow(ball, times, air, table, most=int(len(parameters) > 4)).position
+    state, path = np.r_[launch, parameters[:3]], np.empty((len(times), 9))
+    most = int(len(parameters) > 4)
+    kernels.follow(state, times, air, table.surface, table.height + BALL_RADIUS, most, path)
+    return path[:, :3]
 
 
 def _medium(parameters: Float[ndarray, "m"]) -> tuple[Air, Table]:
