@@ -67,6 +67,7 @@ class Truth:
     ball_path: Float[ndarray, "n 3"]
     body_path: Float[ndarray, "n 3"]
     blade_path: Float[ndarray, "n 3"]
+    attitude_path: Float[ndarray, "n 4"]  # quaternions, body to world
     contacts: tuple[Contact, ...]
 
 
@@ -187,6 +188,7 @@ class SimulatedDrone:
             ball_path=log.ball[: log.ticks + 1, :3].copy(),
             body_path=log.track[: log.ticks + 1, :3].copy(),
             blade_path=_blade_path(log.track[: log.ticks + 1], self._setting.racket),
+            attitude_path=log.track[: log.ticks + 1, 3:].copy(),
             contacts=tuple(log.contacts),
         )
 
