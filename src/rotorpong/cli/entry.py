@@ -23,6 +23,7 @@ from rotorpong.cli.bench import Bench
 from rotorpong.cli.common import say
 from rotorpong.cli.look import Detect, Doctor, Serves
 from rotorpong.cli.play import Demo, Evaluate, Train
+from rotorpong.cli.throw import Throw
 
 BAD_INPUT = 2
 INTERRUPTED = 130
@@ -35,6 +36,7 @@ Command = (
     | Annotated[Evaluate, subcommand("evaluate")]
     | Annotated[Detect, subcommand("detect")]
     | Annotated[Serves, subcommand("serves")]
+    | Annotated[Throw, subcommand("throw")]
     | Annotated[Bench, subcommand("bench")]
     | Annotated[Doctor, subcommand("doctor")]
 )

@@ -108,7 +108,7 @@ def contact_sheet(scenery: Scenery, moments: Float[ndarray, "n"], columns: int) 
     cells += [blank] * (-len(cells) % columns)
     rows = [np.hstack(cells[k : k + columns]) for k in range(0, len(cells), columns)]
     sheet = np.vstack([np.full((HEAD + 6, rows[0].shape[1], 3), DARK, np.uint8), *rows])
-    head = _words(scenery, scenery.duration, ended=True)
+    head = _words(scenery, scenery.duration, ended=True, width=sheet.shape[1])
     return _written(sheet, [word for word in head if word.y < HEAD])
 
 
@@ -137,7 +137,9 @@ class _Word:
     ends: bool = False
 
 
-def _words(scenery: Scenery, time: float, *, ended: bool) -> list[_Word]:
+def _words(
+    scenery: Scenery, time: float, *, ended: bool, width: int = FRAME_SIZE[0]
+) -> list[_Word]:
     spec, played = scenery.stage.spec, scenery.take.played
     ball, body = played.truth.ball_path, played.truth.body_path
     who = f"{_short(spec.player)} player, {spec.eyes} eyes"
@@ -145,7 +147,7 @@ def _words(scenery: Scenery, time: float, *, ended: bool) -> list[_Word]:
     now = f"ball {_speed(ball, time):4.1f} m/s    drone {_speed(body, time):3.1f} m/s"
     sight = _newest(scenery.take.sights, time)
     seen = "" if sight is None else f", frame of {sight.observation.frame_time:.2f} s"
-    right, low = FRAME_SIZE[0] - 14, HEAD + HEIGHT + 20
+    right, low = width - 14, HEAD + HEIGHT + 20
     words = [
         _Word(who, 14, 7, 18, PALE, bold=True),
         _Word(what, 14, 31, 13, QUIET),

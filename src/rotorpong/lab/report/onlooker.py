@@ -23,7 +23,7 @@ from rotorpong.world.racket import HULL, Racket
 from rotorpong.world.render import Scene, ball_coverage, render
 
 WIDTH, HEIGHT = 640, 360
-FOCAL = 430.0  # px: a horizontal view of 73 degrees
+FOCAL = 500.0  # px: a horizontal view of 65 degrees
 EYE = np.array([-3.15, -1.75, 0.80])
 TARGET = np.array([-0.75, 0.0, 0.20])
 ONLOOKER = Camera("onlooker", WIDTH, HEIGHT, (FOCAL, FOCAL), (WIDTH / 2 - 0.5, HEIGHT / 2 - 0.5))
