@@ -20,9 +20,9 @@ Colour = tuple[int, int, int]
 CHARCOAL, FOAM, STEEL, GLASS = (62, 58, 56), (92, 86, 80), (150, 150, 150), (40, 30, 24)
 TEAL, AIR_COLOUR = (150, 140, 40), (205, 205, 200)
 CARDBOARD_COLOUR, CARDBOARD_BACK, RUBBER_COLOUR = (128, 178, 208), (108, 152, 180), (48, 42, 196)
-DUCT = 0.5 * HULL.radius - 0.004  # m, radius of a rotor's duct
+DUCT = HULL.radius / (1 + math.sqrt(2)) - 0.001  # m: four ducts side by side fill the hull
 ROTOR = DUCT - 0.012
-ARM = DUCT / math.sqrt(2) * 1.40  # m, of a rotor's axis along x and along y
+ARM = DUCT  # m, of a rotor's axis along x and along y
 CORNERS = 28  # of a circle
 
 

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy import ndarray
 
 from rotorpong.conventions import Picture, Vector3
 from rotorpong.geometry import rotation_from_quaternion
-from rotorpong.lab.report.model import Colour, Face, drone_faces
+from rotorpong.lab.report.model import Face, drone_faces
 from rotorpong.physics.camera import Camera, project
 from rotorpong.world.court import FLOOR_HEIGHT, TABLE_HALF_LENGTH
 from rotorpong.world.racket import HULL, Racket
@@ -80,7 +80,7 @@ def _mixed(share: ndarray, one: Picture, other: Picture) -> Picture:
 
 
 def _depth(points: Vector3) -> ndarray:
-    return (points - EYE) @ AXES[:, 2]
+    return np.asarray((points - EYE) @ AXES[:, 2])
 
 
 def _shadowed(picture: Picture, instant: Instant) -> Picture:
@@ -121,24 +121,29 @@ def _with_drone(
     rotation: Float[ndarray, "3 3"],
     body: Float[ndarray, "3"],
 ) -> Picture:
-    placed = [face.points @ rotation.T + body for face in faces]
-    corners = [seen_at(points) for points in placed]
-    box = _box(np.concatenate(corners), picture)
+    sizes = np.array([len(face.points) for face in faces])
+    starts = np.cumsum(sizes) - sizes
+    placed = np.concatenate([face.points for face in faces]) @ rotation.T + body
+    corners = seen_at(placed)
+    box = _box(corners, picture)
     if box is None:
         return picture
     x0, y0, x1, y1 = box
     part = picture[y0:y1, x0:x1]
     size = ((x1 - x0) * FINER, (y1 - y0) * FINER)
     canvas = cv2.resize(part, size, interpolation=cv2.INTER_CUBIC)
-    for k in sorted(range(len(faces)), key=lambda k: -float(_depth(placed[k]).mean())):
-        flat = ((corners[k] - (x0, y0) + 0.5) * FINER - 0.5) * (1 << SUBPIXELS)
-        _fill(canvas, np.rint(flat).astype(np.int32), _shade(faces[k], placed[k]), faces[k].opacity)
+    flat = _fine((corners - (x0, y0) + 0.5) * FINER - 0.5)
+    light = _light(placed, starts, sizes)
+    depth = np.add.reduceat(_depth(placed), starts) / sizes
+    for k in np.argsort(-depth):
+        colour = tuple(round(float(light[k]) * value) for value in faces[k].colour)
+        _fill(canvas, flat[starts[k] : starts[k] + sizes[k]], colour, faces[k].opacity)
     drawn = picture.copy()
     drawn[y0:y1, x0:x1] = cv2.resize(canvas, part.shape[1::-1], interpolation=cv2.INTER_AREA)
     return drawn
 
 
-def _fill(canvas: ndarray, corners: ndarray, colour: Colour, opacity: float) -> None:
+def _fill(canvas: ndarray, corners: ndarray, colour: tuple[int, ...], opacity: float) -> None:
     if opacity >= 1.0:
         cv2.fillConvexPoly(canvas, corners, colour, cv2.LINE_8, SUBPIXELS)
         return
@@ -148,15 +153,15 @@ def _fill(canvas: ndarray, corners: ndarray, colour: Colour, opacity: float) -> 
     canvas[inside] = (1.0 - opacity) * canvas[inside] + opacity * np.array(colour)
 
 
-def _shade(face: Face, points: Float[ndarray, "k 3"]) -> Colour:
-    third = len(points) // 3
-    normal = np.cross(points[third] - points[0], points[-third] - points[0])
-    normal /= max(float(np.linalg.norm(normal)), 1e-12)
-    if normal @ (EYE - points[0]) < 0.0:
-        normal = -normal
-    light = DIMMEST + (1.0 - DIMMEST) * max(float(normal @ LIGHT), 0.0)
-    blue, green, red = (round(light * value) for value in face.colour)
-    return blue, green, red
+def _light(
+    points: Float[ndarray, "n 3"], starts: Int[ndarray, "faces"], sizes: Int[ndarray, "faces"]
+) -> Float[ndarray, "faces"]:
+    """Return which share of its colour each face shows on the side that is seen."""
+    first, third = points[starts], sizes // 3
+    normals = np.cross(points[starts + third] - first, points[starts + sizes - third] - first)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+    towards = np.sign(np.sum(normals * (EYE - first), axis=1))
+    return DIMMEST + (1.0 - DIMMEST) * np.maximum(towards * (normals @ LIGHT), 0.0)
 
 
 def _box(corners: Float[ndarray, "n 2"], picture: Picture) -> tuple[int, int, int, int] | None:
