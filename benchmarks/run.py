@@ -1,24 +1,20 @@
-"""Speed of the parts on one core: `./dev bench [NAME...]`.
+"""Speed of the parts on one core: `./dev bench [WORD...]`.
 
-Prints one JSON object per line, {"name", "value", "unit"}: medians over repetitions, after a
-warm-up. Names that contain one of the given words are measured, all without. Set-up is not timed.
+Prints one JSON object per line, as the rows of `rotorpong bench`: medians over repetitions, after a
+warm-up, CPU time. First what `rotorpong bench world` measures, then the parts that it does not
+know. With words, only sections and parts whose names contain one of them are measured.
 """
 
 import json
 import os
 import sys
-import time
-from collections.abc import Callable, Iterator
-from statistics import median
+from collections.abc import Callable
 from typing import Any
 
-Measurement = tuple[Callable[[], Any], int, str]  # what to time, how many it does, its unit
-
-WARM_UPS = 2
-REPETITIONS = 15
-RATES = {"frames/s", "flights/s", "steps/s"}  # larger is better; other units are durations
 HOME_CAMERA = (-1.69, 0.0, 0.20)  # m, world: the camera of a drone at home
 BALL = (-0.2, 0.1, 0.45)
+
+Part = tuple[Callable[[], Any], float, str]  # what to time, scale or count, unit
 
 
 def main() -> None:
@@ -26,26 +22,40 @@ def main() -> None:
     for library in ("OMP", "OPENBLAS", "MKL"):
         os.environ[f"{library}_NUM_THREADS"] = "1"  # read when numpy is loaded, further down
     words = sys.argv[1:]
-    chosen = {n: m for n, m in MEASUREMENTS.items() if not words or any(w in n for w in words)}
-    if not chosen:
-        sys.exit(f"no measurement is called {' or '.join(words)}: {', '.join(MEASUREMENTS)}")
+    chosen = {name: part for name, part in PARTS.items() if _is_meant(name, words)}
+    count = _print_world(words)
     for name, make in chosen.items():
-        work, count, unit = make()
-        seconds = median(durations(work))
-        value = count / seconds if unit in RATES else seconds / count * SCALES[unit]
-        print(json.dumps({"name": name, "value": round(value, 6), "unit": unit}), flush=True)
+        _print_part(name, *make())
+    if not chosen and not count:
+        sys.exit(f"nothing is called {' or '.join(words)}: {', '.join(PARTS)}")
 
 
-def durations(work: Callable[[], Any]) -> Iterator[float]:
-    """Yield how long each repetition of `work` took, in seconds."""
-    for repetition in range(WARM_UPS + REPETITIONS):
-        start = time.perf_counter()
-        work()
-        if repetition >= WARM_UPS:
-            yield time.perf_counter() - start
+def _is_meant(name: str, words: list[str]) -> bool:
+    return not words or any(word in name for word in words)
 
 
-def render_frames(camera_name: str) -> Measurement:
+def _print_world(words: list[str]) -> int:
+    """Print the rows of `rotorpong bench world`; return how many sections there were."""
+    from rotorpong.lab.bench.world import SECTIONS, Order
+
+    order = Order()
+    sections = [s for s in SECTIONS if s.asked(order) and _is_meant(s.title, words)]
+    for section in sections:
+        for row in section.rows(order, lambda *_: None):
+            print(json.dumps(row.as_json()), flush=True)
+    return len(sections)
+
+
+def _print_part(name: str, work: Callable[[], Any], scale: float, unit: str) -> None:
+    from rotorpong.lab.bench.rows import Row
+    from rotorpong.lab.bench.timing import cpu_seconds
+
+    seconds = cpu_seconds(work)
+    value = scale / seconds if unit.endswith("/s") else seconds * scale
+    print(json.dumps(Row(name, value, unit).as_json()), flush=True)
+
+
+def render_frames(camera_name: str) -> Part:
     """Render the court with the ball in view from home."""
     import numpy as np
 
@@ -56,10 +66,10 @@ def render_frames(camera_name: str) -> Measurement:
     camera, scene = CAMERAS[camera_name], Scene()
     pose = np.array(HOME_CAMERA), np.ascontiguousarray(CAMERA_FROM_BODY_AXES.T)
     ball = np.array(BALL)
-    return lambda: render(camera, *pose, ball, scene), 1, "frames/s"
+    return lambda: render(camera, *pose, ball, scene), 1.0, "frames/s"
 
 
-def detect_ball(camera_name: str) -> Measurement:
+def detect_ball(camera_name: str) -> Part:
     """Search a whole rendered picture for the ball."""
     import cv2
 
@@ -70,22 +80,10 @@ def detect_ball(camera_name: str) -> Measurement:
     picture = render_one()
     if not detect(picture):
         raise RuntimeError("the picture to be searched shows no ball")
-    return lambda: detect(picture), 1, "ms"
+    return lambda: detect(picture), 1e3, "ms"
 
 
-def fly_balls() -> Measurement:
-    """Fly many balls for a second each, without contacts."""
-    import numpy as np
-
-    from rotorpong.physics.ball import Air, Ball, fly
-
-    rng, count = np.random.default_rng(0), 1000
-    parts = [rng.normal(mean, sd, (count, 3)) for mean, sd in ((0, 0.3), (3, 2), (0, 20))]
-    balls = Ball(*parts)
-    return lambda: fly(balls, Air(), 1.0), count, "flights/s"
-
-
-def roll_out_dmp() -> Measurement:
+def roll_out_dmp() -> Part:
     """Roll out a primitive of three dimensions at 1 kHz, each time with another duration."""
     import numpy as np
 
@@ -101,10 +99,10 @@ def roll_out_dmp() -> Measurement:
         duration = rng.uniform(0.5, 0.9)
         dmp.roll_out(start, goal, duration, np.arange(0.0, duration, 0.001))
 
-    return work, 1, "us"
+    return work, 1e6, "us"
 
 
-def append_to_crkr(size: int = 1000) -> Measurement:
+def append_to_crkr(size: int = 1000) -> Part:
     """Append samples one by one from `size` on; six inputs, seven outputs."""
     import numpy as np
 
@@ -118,16 +116,14 @@ def append_to_crkr(size: int = 1000) -> Measurement:
         cost = rng.uniform(1.0, 20.0, 1)
         model.partial_fit(rng.normal(size=(1, 6)), rng.normal(size=(1, 7)), cost)
 
-    return work, 1, "ms"
+    return work, 1e3, "ms"
 
 
-SCALES = {"ms": 1e3, "us": 1e6}
-MEASUREMENTS: dict[str, Callable[[], Measurement]] = {
+PARTS: dict[str, Callable[[], Part]] = {
     "render 640x360": lambda: render_frames("gazebo"),
     "render 1280x720": lambda: render_frames("ardrone2_720p"),
     "detect 640x360": lambda: detect_ball("gazebo"),
     "detect 1280x720": lambda: detect_ball("ardrone2_720p"),
-    "ball flights of 1 s": fly_balls,
     "dmp roll-out at 1 kHz": roll_out_dmp,
     "crkr append at N = 1000": append_to_crkr,
 }

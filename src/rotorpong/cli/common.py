@@ -4,6 +4,7 @@ import contextlib
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from tyro.conf import FlagCreatePairsOff
@@ -33,6 +34,20 @@ class Match(Common):
     """gazebo, ardrone2_720p, or your calibration as FILE."""
     serves: str = "human"
     """human, constant, hard, lob, or FILE.csv of serves or of a measured flight."""
+
+
+def knowledge_of(match: Match, experience: Path | None) -> Any:
+    """Return what an experience file taught, saying where it is of another match; None without."""
+    if experience is None:
+        return None
+    from rotorpong.lab import train
+
+    run, knowledge = train.knowledge_of(experience)
+    for what in ("eyes", "camera", "vehicle", "serves"):
+        then, now = getattr(run, what), getattr(match, what)
+        if then != now:
+            say(f"{experience} was recorded with {what} {then}, not {now}")
+    return knowledge
 
 
 def compile_kernels() -> None:

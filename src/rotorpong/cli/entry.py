@@ -19,9 +19,11 @@ from typing import Annotated, Any, NoReturn
 import tyro
 from tyro.conf import subcommand
 
+from rotorpong.cli.bench import Bench
 from rotorpong.cli.common import say
 from rotorpong.cli.look import Detect, Doctor, Serves
 from rotorpong.cli.play import Demo, Evaluate, Train
+from rotorpong.cli.throw import Throw
 
 BAD_INPUT = 2
 INTERRUPTED = 130
@@ -34,6 +36,8 @@ Command = (
     | Annotated[Evaluate, subcommand("evaluate")]
     | Annotated[Detect, subcommand("detect")]
     | Annotated[Serves, subcommand("serves")]
+    | Annotated[Throw, subcommand("throw")]
+    | Annotated[Bench, subcommand("bench")]
     | Annotated[Doctor, subcommand("doctor")]
 )
 
@@ -41,6 +45,8 @@ Command = (
 def main() -> NoReturn:
     """Run one command and exit."""
     logging.basicConfig(format="rotorpong: %(message)s")
+    if sys.argv[1:2] == ["bench"]:
+        _start_again_with_one_thread()
     try:
         status = _run(sys.argv[1:])
     except KeyboardInterrupt:
@@ -67,6 +73,20 @@ def _run(arguments: list[str]) -> int:
         say(" ".join(str(error).split()))
         return BAD_INPUT
     return 0
+
+
+def _start_again_with_one_thread() -> None:
+    """Become the same command with one thread for every numeric library.
+
+    They read their thread counts when they are loaded, and by now they may be.
+    """
+    from rotorpong.lab.bench.timing import is_single_thread, single_thread
+
+    if is_single_thread() or os.name != "posix":
+        return
+    environment = dict(os.environ)
+    single_thread(environment)
+    os.execve(sys.executable, [sys.executable, "-m", "rotorpong", *sys.argv[1:]], environment)
 
 
 def _parsed(arguments: list[str]) -> Any:

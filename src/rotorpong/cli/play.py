@@ -6,7 +6,16 @@ from typing import Any
 
 from tyro.conf import FlagCreatePairsOff
 
-from rotorpong.cli.common import Common, Match, compile_kernels, named, progress_bar, say, show
+from rotorpong.cli.common import (
+    Common,
+    Match,
+    compile_kernels,
+    knowledge_of,
+    named,
+    progress_bar,
+    say,
+    show,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,7 +104,7 @@ class Evaluate(Match):
             self.blackout,
             self.randomize,
         ).check()
-        known = self._knowledge()
+        known = knowledge_of(self, self.experience)
         compile_kernels()
         with progress_bar() as advance:
             results = evaluate(
@@ -109,15 +118,3 @@ class Evaluate(Match):
         if not self.json:
             show(summary_table(result))
         return result
-
-    def _knowledge(self) -> Any:
-        if self.experience is None:
-            return None
-        from rotorpong.lab.train import knowledge_of
-
-        run, knowledge = knowledge_of(self.experience)
-        for what in ("eyes", "camera", "vehicle", "serves"):
-            then, now = getattr(run, what), getattr(self, what)
-            if then != now:
-                say(f"{self.experience} was recorded with {what} {then}, not {now}")
-        return knowledge

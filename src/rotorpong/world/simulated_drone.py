@@ -57,6 +57,7 @@ class Truth:
     ball_path: Float[ndarray, "n 3"]
     body_path: Float[ndarray, "n 3"]
     blade_path: Float[ndarray, "n 3"]
+    attitude_path: Float[ndarray, "n 4"]  # quaternions, body to world
     contacts: tuple[Contact, ...]
 
 
@@ -199,6 +200,7 @@ class SimulatedDrone:
             ball_path=balls[:, :3].copy(),
             body_path=track[:, :3].copy(),
             blade_path=blade_path(track, racket),
+            attitude_path=track[:, 3:].copy(),
             contacts=tuple(log.contacts),
         )
 

@@ -1,0 +1,46 @@
+"""The command that measures: bench."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from tyro.conf import FlagCreatePairsOff, Positional
+
+from rotorpong.cli.common import Common, compile_kernels, progress_bar, say, show
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bench(Common):
+    """Measure speed and exactness, each figure beside its target and its peer."""
+
+    what: Positional[Literal["world"]]
+    """world: the simulator."""
+
+    peers: FlagCreatePairsOff[bool] = False
+    """Measure peers as well: needs a checkout and the extra bench."""
+    flights: Path | None = None
+    """Folder of measured flights: adds what the ball's model leaves of them."""
+    events: Path | None = None
+    """File or folder of measured bounces: adds what the laws of contact leave of them."""
+    out: Path | None = None
+    """Folder for figures of growth with balls, trials, pixels and workers."""
+    quick: FlagCreatePairsOff[bool] = False
+    """Few repetitions: seconds instead of minutes, and rough numbers."""
+
+    def run(self) -> dict[str, Any]:
+        """Measure."""
+        from rotorpong.lab.bench.tables import rows_table
+        from rotorpong.lab.bench.timing import is_single_thread
+        from rotorpong.lab.bench.world import Order, measure
+
+        order = Order(self.quick, self.peers, self.flights, self.events, self.out).check()
+        if not is_single_thread():
+            say("numeric libraries run as many threads as they like: OMP_NUM_THREADS etc. unset")
+        compile_kernels()
+        with progress_bar() as advance:
+            rows = measure(order, advance)
+        if not self.json:
+            show(rows_table(rows))
+            if self.out is not None:
+                say(f"figures: {self.out}")
+        return {"rows": [row.as_json() for row in rows]}

@@ -1,0 +1,88 @@
+"""What `rotorpong bench world` measures: sections, each a module imported when its turn comes.
+
+A section's module returns rows. Rows that need a peer, or data that not everybody has, belong to
+sections that are asked for.
+"""
+
+import importlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rotorpong.conventions import InputError
+from rotorpong.lab.bench.rows import Row
+
+Advance = Callable[[str, int, int], None]  # what, done, of how many
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """What is asked for."""
+
+    quick: bool = False  # fewer repetitions: a look at the shape, not at the numbers
+    peers: bool = False
+    flights: Path | None = None  # measured flights, a folder
+    events: Path | None = None  # measured events, a file or a folder
+    out: Path | None = None  # folder for figures of growth
+
+    def check(self) -> "Order":
+        """Return the order if what it names is there.
+
+        Raises:
+            InputError: a folder is missing, a peer cannot be had, or figures cannot be written.
+        """
+        if self.flights is not None and not self.flights.is_dir():
+            raise InputError(f"--flights {self.flights}: expected a folder of measured flights")
+        if self.events is not None and not self.events.exists():
+            raise InputError(f"--events {self.events}: no such file or folder of measured events")
+        if self.out is not None and self.out.exists() and not self.out.is_dir():
+            raise InputError(f"--out {self.out}: is a file; expected a folder for figures")
+        if self.peers:
+            _module("peers").require()
+        return self
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """Rows that are measured together."""
+
+    title: str
+    rows: Callable[[Order, Advance], tuple[Row, ...]]
+    asked: Callable[[Order], bool] = lambda order: True
+
+
+def _module(name: str) -> Any:
+    """Return a module of this folder; imported only now, for what it imports is heavy."""
+    return importlib.import_module(f"rotorpong.lab.bench.{name}")
+
+
+SECTIONS = (
+    Section("ball", lambda order, tell: _module("ball_rows").rows(quick=order.quick)),
+    Section("world", lambda order, tell: _module("world_speed").rows(quick=order.quick)),
+    Section(
+        "peers",
+        lambda order, tell: _module("peers").rows(quick=order.quick),
+        lambda order: order.peers,
+    ),
+)
+
+
+def measure(order: Order, advance: Advance) -> tuple[Row, ...]:
+    """Return the rows of all sections that are asked for, in order.
+
+    Args:
+        order: what is asked for.
+        advance: called with a section's title and how many of how many sections are done.
+    """
+    chosen = [section for section in SECTIONS if section.asked(order)]
+    rows: list[Row] = []
+    for done, section in enumerate(chosen):
+        advance(f"bench: {section.title}", done, len(chosen))
+        rows.extend(section.rows(order, advance))
+        advance(f"bench: {section.title}", len(chosen), len(chosen))
+    if order.out is not None:
+        advance("bench: growth", 0, 1)
+        _module("growth").draw_growth(order.out, quick=order.quick)
+        advance("bench: growth", 1, 1)
+    return tuple(rows)

@@ -1,0 +1,175 @@
+"""One serve as a film, an animation or a contact sheet: onboard and from beside the table.
+
+The serve is trial `index` of an evaluation with the same seed, frame by frame. Suffixes decide:
+`.mp4` a film, `.gif` an animation, `.png` a sheet of moments. What is being written carries another
+name until it is whole.
+"""
+
+import contextlib
+import math
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from PIL import Image
+
+from rotorpong.conventions import InputError, Picture
+from rotorpong.drone import Player
+from rotorpong.experience import shipped_demonstrations
+from rotorpong.lab.evaluate import Knowledge, make_player
+from rotorpong.lab.footage import play_again
+from rotorpong.lab.report.cinema import FRAME_SIZE, Scenery, contact_sheet, shot
+from rotorpong.lab.serving import serve_source
+from rotorpong.lab.spec import Spec, own_player, require_count
+from rotorpong.lab.trial import Stage
+from rotorpong.play.hover import Hover
+
+Progress = Callable[[int, int], None]
+Pictures = Iterator[Picture]
+
+SUFFIXES = (".mp4", ".gif", ".png")
+FILM_FPS, ANIMATION_FPS = 30.0, 20.0
+HELD_S = 1.2  # how long the last picture stays
+ANIMATION_WIDTH = 900  # px
+ANIMATION_COLOURS = 160
+MOMENTS, COLUMNS = 8, 4  # of a contact sheet
+SLOWEST = 100.0
+
+
+def throw(
+    spec: Spec,
+    index: int,
+    out: Path,
+    *,
+    slow: float = 4.0,
+    knowledge: Knowledge | None = None,
+    progress: Progress | None = None,
+) -> dict[str, Any]:
+    """Play serve `index` and write what it looked like; return what `throw --json` prints.
+
+    Args:
+        spec: what is played.
+        index: of the serve.
+        out: file to write, by its suffix a film, an animation or a contact sheet.
+        slow: how many times slower than life; a contact sheet knows no time.
+        knowledge: what a player that learns starts from.
+        progress: called with (done, pictures).
+
+    Raises:
+        InputError: an unknown suffix, a place that cannot be written, a negative index, or a speed
+            out of range.
+    """
+    check(index, out, slow)
+    stage = Stage(spec, spec.setting(), serve_source(spec.serves, spec.seed), "evaluate")
+    take = play_again(stage, index, _player(spec, knowledge))
+    scenery = Scenery(stage, take)
+    tell = progress or (lambda done, total: None)
+    with _unfinished(out) as path:
+        frames = _WRITERS[out.suffix.lower()](path, scenery, slow, tell)
+    return {
+        "outcome": take.played.outcome,
+        "miss_distance_m": take.played.truth.miss_distance,
+        "frames": frames,
+        "out": str(out),
+    }
+
+
+def check(index: int, out: Path, slow: float) -> None:
+    """Raise InputError if no such serve can be written there."""
+    require_count("index", index, least=0)
+    if not (math.isfinite(slow) and 1.0 <= slow <= SLOWEST):
+        raise InputError(f"slow {slow:g}: expected a number from 1 to {SLOWEST:g}")
+    if out.suffix.lower() not in SUFFIXES:
+        raise InputError(f"{out}: expected a name that ends with {', '.join(SUFFIXES)}")
+    if out.is_dir():
+        raise InputError(f"{out}: is a folder; expected a file")
+    if not out.parent.is_dir():
+        raise InputError(f"{out}: the folder {out.parent} does not exist")
+    if not os.access(out.parent, os.W_OK):
+        raise InputError(f"{out}: cannot be written, the folder {out.parent} is read-only")
+
+
+def _player(spec: Spec, knowledge: Knowledge | None) -> Player:
+    if spec.is_own_player:
+        return own_player(spec.player)()
+    if spec.player == "hover":
+        return Hover()
+    return make_player(spec, knowledge or Knowledge(shipped_demonstrations()))
+
+
+@contextlib.contextmanager
+def _unfinished(out: Path) -> Iterator[Path]:
+    """Give a name beside `out` to write to; it becomes `out` when all went well, else it goes."""
+    path = out.with_name(f".{out.stem}.unfinished{out.suffix.lower()}")
+    try:
+        path.touch()
+        yield path
+        os.replace(path, out)
+    except OSError as error:
+        raise InputError(f"{out}: cannot be written: {error.strerror or error}") from error
+    finally:
+        path.unlink(missing_ok=True)
+
+
+def _shots(scenery: Scenery, fps: float, slow: float, tell: Progress) -> Pictures:
+    """Yield the pictures of a film: the serve, then its end for a while."""
+    count = math.ceil(scenery.duration * slow * fps)
+    for k in range(count):
+        yield shot(scenery, k / (slow * fps))
+        tell(k, count)
+    last = shot(scenery, scenery.duration, ended=True)
+    yield from (last for _ in range(round(HELD_S * fps)))
+    tell(count, count)
+
+
+def _write_film(path: Path, scenery: Scenery, slow: float, tell: Progress) -> int:
+    codec = cv2.VideoWriter.fourcc(*"mp4v")
+    writer = cv2.VideoWriter(str(path), codec, FILM_FPS, FRAME_SIZE)
+    count = 0
+    try:
+        if not writer.isOpened():
+            raise InputError(f"{path.parent}: this OpenCV cannot write MPEG-4 there")
+        for picture in _shots(scenery, FILM_FPS, slow, tell):
+            writer.write(picture)
+            count += 1
+    finally:
+        writer.release()
+    if path.stat().st_size == 0:
+        raise InputError(f"{path.parent}: nothing could be written there; is the disk full?")
+    return count
+
+
+def _write_animation(path: Path, scenery: Scenery, slow: float, tell: Progress) -> int:
+    pictures = _shots(scenery, ANIMATION_FPS, slow, tell)
+    palette, images = None, []
+    for picture in pictures:
+        image = _small(picture)
+        palette = palette or image.quantize(ANIMATION_COLOURS)
+        images.append(image.quantize(palette=palette, dither=Image.Dither.NONE))
+    first, *others = images
+    pause = round(1000 / ANIMATION_FPS)
+    first.save(path, save_all=True, append_images=others, duration=pause, loop=0, optimize=False)
+    return len(images)
+
+
+def _small(picture: Picture) -> Image.Image:
+    height = round(picture.shape[0] * ANIMATION_WIDTH / picture.shape[1])
+    size = (ANIMATION_WIDTH, height)
+    return Image.fromarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA)[..., ::-1])
+
+
+def _write_sheet(path: Path, scenery: Scenery, slow: float, tell: Progress) -> int:
+    moments = np.linspace(0.0, scenery.duration, MOMENTS + 1)[1:]
+    sheet = contact_sheet(scenery, moments, COLUMNS)
+    written, data = cv2.imencode(".png", sheet)
+    if not written:
+        raise InputError(f"{path.parent}: this OpenCV cannot write PNG")
+    path.write_bytes(data.tobytes())
+    tell(MOMENTS, MOMENTS)
+    return MOMENTS
+
+
+_WRITERS = {".mp4": _write_film, ".gif": _write_animation, ".png": _write_sheet}

@@ -1,0 +1,81 @@
+"""`rotorpong bench`, met by a hostile user and by one who reads its JSON."""
+
+import json
+import math
+import subprocess
+import sys
+
+import pytest
+from test_cli import ask, is_one_line_of_json
+
+from rotorpong.lab.bench.timing import LIBRARIES
+
+BAD = {
+    "bench": "Missing from rotorpong bench: {world}",
+    "bench moon": "invalid choice 'moon' for argument 'what'. Expected one of ('world',)",
+    "bench world --seed -1": "seed -1: expected a whole number",
+    "bench world --flights gone": "--flights gone: expected a folder of measured flights",
+    "bench world --flights text": "--flights text: expected a folder of measured flights",
+    "bench world --events gone": "--events gone: no such file or folder of measured events",
+    "bench world --out text": "--out text: is a file; expected a folder for figures",
+    "bench world --quick 3": "Unrecognized options: 3",
+}
+
+
+@pytest.mark.parametrize("line", BAD)
+def test_bad_input_is_status_2_and_one_line(tmp_path, monkeypatch, capfd, line):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "text").write_text("hello")
+    status, out, err = ask(capfd, *line.split(), "--json")
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert BAD[line] in err
+    assert [path.name for path in tmp_path.iterdir()] == ["text"]
+
+
+def test_rows_are_one_line_of_json_as_the_contract_says(capfd):
+    status, out, _ = ask(capfd, "bench", "world", "--quick", "--json")
+    assert status == 0
+    assert is_one_line_of_json(out)
+    rows = json.loads(out)["rows"]
+    names = [row["name"] for row in rows]
+    assert len(set(names)) == len(names) > 5
+    for row in rows:
+        assert math.isfinite(row["value"])
+        assert row["unit"]
+        assert ("target" in row) == ("met" in row)
+        assert row.get("met", True) in {True, False}
+        assert "peer" not in row
+
+
+def test_what_needs_no_clock_is_met(capfd):
+    _, out, _ = ask(capfd, "bench", "world", "--quick", "--json")
+    rows = {row["name"]: row for row in json.loads(out)["rows"]}
+    for name in (
+        "ball position error after 0.7 s",
+        "energy drift of a flight with lift only, relative",
+        "largest energy gain of a flight with drag",
+        "contact time error, any phase",
+        "restitution error, any phase",
+    ):
+        assert rows[name]["met"] is True
+
+
+def test_the_command_starts_again_with_one_thread_for_every_library():
+    code = """
+import os, sys
+from rotorpong.cli import entry
+def become(program, arguments, environment):
+    print(arguments[1:], *(environment[name] for name in sys.argv[-1].split(",")))
+    raise SystemExit(0)
+os.execve = become
+sys.argv[1:-1] = ["bench", "world"]
+entry.main()
+"""
+    names = ",".join(f"{library}_NUM_THREADS" for library in LIBRARIES)
+    command = [sys.executable, "-c", code, "x", names]
+    done = subprocess.run(
+        command, capture_output=True, text=True, env={"PYTHONPATH": ":".join(sys.path)}
+    )
+    assert done.stdout == f"['-m', 'rotorpong', 'bench', 'world', '{names}'] 1 1 1 1 1 1\n", (
+        done.stderr
+    )
