@@ -15,7 +15,7 @@ import functools
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Float32
+from jaxtyping import Float, Float32, Int32
 from numpy import ndarray
 
 from rotorpong.conventions import InputError, Picture
@@ -23,14 +23,18 @@ from rotorpong.physics.camera import Camera, pixel_directions
 from rotorpong.world._pixel_kernels import (
     COLOURS,
     LIMB_COLUMNS,
-    RAY_ROWS,
     TEXELS,
     TILE,
-    WORK_ROWS,
+    TILE_SIZE,
     Paint,
-    Row,
 )
-from rotorpong.world._render_kernels import cover_rows, paint_rows
+from rotorpong.world._render_kernels import (
+    TRACK_COLUMNS,
+    Moment,
+    Shutter,
+    cover_rows,
+    paint_rows,
+)
 
 Colour = tuple[float, float, float]  # blue, green, red in 0 .. 255
 Region = tuple[int, int, int, int]  # x0, y0, x1, y1 in pixels, the last two exclusive
@@ -120,11 +124,10 @@ def render(
     rays = _rays_at_door(camera)
     _check_pose(camera_position, world_from_camera, ball_position)
     x0, y0, x1, y1 = _region_at_door(camera, region)
-    picture = np.empty((y1 - y0, x1 - x0, 3), np.uint8)
-    position, rotation, ball = _doubles(camera_position, world_from_camera, ball_position)
-    pose = position, rotation, np.empty((4, 3), np.float32)
-    paint_rows(picture, rays, (x0, y0), pose, ball, _paint(scene), _blank_row())
-    return picture
+    picture = np.empty((y1 - y0, 3 * (x1 - x0)), np.uint8)
+    shutter = still(camera_position, world_from_camera, ball_position)
+    paint_rows(picture, rays, (x0, y0), shutter, blank_moment(1), _paint(scene), blank_tile())
+    return picture.reshape(y1 - y0, x1 - x0, 3)
 
 
 def ball_coverage(
@@ -141,19 +144,27 @@ def ball_coverage(
     rays = _rays_at_door(camera)
     _check_pose(camera_position, world_from_camera, ball_position)
     coverage = np.zeros((camera.height_px, camera.width_px), np.float32)
-    position, rotation, ball = _doubles(camera_position, world_from_camera, ball_position)
-    cover_rows(coverage, rays, position, rotation, ball)
+    shutter = still(camera_position, world_from_camera, ball_position)
+    cover_rows(coverage, rays, shutter, blank_moment(1))
     return coverage
 
 
-def _blank_row() -> Row:
-    colour, ray, work, ball = (np.empty((n, TILE), np.float32) for n in (3, RAY_ROWS, WORK_ROWS, 2))
-    near, far = np.empty((2, TILE), np.float32)
-    return Row(colour, ray, work, near, far, ball, np.zeros(2, np.uint64))
+def still(position: ndarray, rotation: ndarray, ball: ndarray) -> Shutter:
+    """Return a shutter before which nothing moves."""
+    row = np.concatenate([position, rotation.ravel(), ball]).astype(np.float64)
+    return Shutter(row.reshape(1, TRACK_COLUMNS), 0.0, 0.0, 0.0)
 
 
-def _doubles(*arrays: ndarray) -> tuple[ndarray, ...]:
-    return tuple(np.ascontiguousarray(array, dtype=np.float64) for array in arrays)
+def blank_moment(instants: int) -> Moment:
+    """Return the kernels' record of what a row sees, to be written."""
+    pose, light = np.zeros(TRACK_COLUMNS), np.zeros(3)
+    view, box = np.zeros((4, 3), np.float32), np.zeros(4, np.float32)
+    return Moment(pose, view, np.zeros((instants, 3)), light, box)
+
+
+def blank_tile() -> tuple[Float32[ndarray, "size"], Int32[ndarray, "pixels"]]:
+    """Return the kernels' room for a tile: its quantities, its places in the texture."""
+    return np.zeros(TILE_SIZE, np.float32), np.zeros(TILE, np.int32)
 
 
 def _rays_at_door(camera: Camera) -> Float32[ndarray, "3 height width"]:
@@ -183,7 +194,8 @@ def _paint(scene: Scene) -> Paint:
     colours = [getattr(scene, name) for name in COLOURS]
     return Paint(
         np.array(colours, np.float32) * np.float32(scene.brightness),
-        _texture(scene.texture_seed).ravel() * np.float32(scene.texture_contrast),
+        np.pad(_texture(scene.texture_seed), (0, 1), mode="wrap").ravel()
+        * np.float32(scene.texture_contrast),
         _figure() if scene.opponent else np.zeros((0, LIMB_COLUMNS), np.float32),
         np.float32(scene.ball_shadow),
     )
