@@ -15,6 +15,7 @@ from rotorpong.world._pixel_kernels import (
     FAR,
     GREEN,
     HALF,
+    IX,
     LIGHT,
     LINE,
     NEAR,
@@ -49,7 +50,6 @@ from rotorpong.world._pixel_kernels import (
     inverse,
     lay,
     overlap,
-    reaches,
     step,
     stripes,
 )
@@ -68,6 +68,7 @@ LEG_OUTER = F(court.LEG_Y + court.LEG_WIDTH / 2)
 GROUND = F(court.FLOOR_HEIGHT)
 OPPONENT = F(court.OPPONENT_X)
 FIGURE_HALF_WIDTH, FIGURE_TOP, MARGIN = F(0.6), F(1.05), F(0.1)
+SLACK = F(1e-3)  # for rounding, where to look or not is only a question of time
 AHEAD, ASIDE, UP = np.arange(3)  # axes
 
 RADIUS, SHADE_RADIUS = F(BALL_RADIUS), F(0.026)
@@ -84,21 +85,56 @@ def layers(tile, n, view, ball, paint, seen):
     """
     colours, above = paint.colours, view[EYE, UP] >= ZERO
     visible, whole = seen
-    if not whole:
+    end, figure, net_shows, front_legs, back_legs = survey(tile, n, view)
+    if figure and not whole:
         opponent(tile, n, view, paint)
     if above:
         if not whole:
-            legs(tile, n, view, colours)
-            sides(tile, n, view, colours)
+            legs(tile, n, view, colours, (front_legs, back_legs))
+            sides(tile, n, view, colours, end)
         if visible:
             table(tile, n, view, ball, paint)
-        net(tile, n, view, colours)
+        if net_shows:
+            net(tile, n, view, colours)
     else:
-        net(tile, n, view, colours)
+        if net_shows:
+            net(tile, n, view, colours)
         if visible:
             table(tile, n, view, ball, paint)
-        sides(tile, n, view, colours)
-        legs(tile, n, view, colours)
+        sides(tile, n, view, colours, end)
+        legs(tile, n, view, colours, (front_legs, back_legs))
+
+
+@kernel
+def survey(tile, n, view):
+    """Tell which planes across the table may be seen: end of the table, figure, net, legs.
+
+    A ray that rises dz/dx meets the plane at x at the height z = o + (x - o_x) dz/dx.
+    """
+    x, z = view[EYE, 0], view[EYE, 2]
+    end_low, end_high = rises(math.copysign(LENGTH, x) - x, -MARGIN - z, MARGIN - z)
+    figure_low, figure_high = rises(OPPONENT - x, GROUND - z, FIGURE_TOP - z)
+    net_low, net_high = rises(-x, -MARGIN - z, NET_TOP + MARGIN - z)
+    front_low, front_high = rises(LEG_X - x, GROUND - MARGIN - z, MARGIN - z)
+    back_low, back_high = rises(-LEG_X - x, GROUND - MARGIN - z, MARGIN - z)
+    end, figure, net_shows, front, back = False, False, False, False, False
+    for i in range(n):
+        rise = tile[Z + i] * tile[IX + i]
+        end |= (rise > end_low) & (rise < end_high)
+        figure |= (rise > figure_low) & (rise < figure_high)
+        net_shows |= (rise > net_low) & (rise < net_high)
+        front |= (rise > front_low) & (rise < front_high)
+        back |= (rise > back_low) & (rise < back_high)
+    return end, figure, net_shows, front, back
+
+
+@kernel
+def rises(away, low, high):
+    """Return between which rises a plane at a distance is met from low to high, any if near."""
+    if abs(away) < SLACK:
+        return -FAR * FAR, FAR * FAR
+    one, other = low / away, high / away
+    return min(one, other) - SLACK, max(one, other) + SLACK
 
 
 @kernel
@@ -181,10 +217,10 @@ def lay_top(under, tile, n, colours):
 
 
 @kernel
-def sides(tile, n, view, colours):
+def sides(tile, n, view, colours, end_shows):
     """Lay the edges of the table top that face the camera."""
     end = math.copysign(LENGTH, view[EYE, AHEAD])
-    if abs(view[EYE, AHEAD]) > LENGTH and reaches(tile, n, view, AHEAD, end, (-MARGIN, MARGIN)):
+    if end_shows and abs(view[EYE, AHEAD]) > LENGTH:
         cross(tile, n, view, AHEAD, end)
         edge(tile, tile[U:], tile[V:], n, WIDTH)
         fill(tile[LIGHT:], n, FRONT_LIGHT)
@@ -214,11 +250,11 @@ def edge(tile, along, up, n, half_length):
 
 
 @kernel
-def legs(tile, n, view, colours):
+def legs(tile, n, view, colours, shows):
     """Lay the two leg frames, the far one first."""
     far = math.copysign(LEG_X, -view[EYE, AHEAD])
     for x in (far, -far):
-        if reaches(tile, n, view, AHEAD, x, (GROUND - MARGIN, MARGIN)):
+        if shows[0] if x > ZERO else shows[1]:
             cross(tile, n, view, AHEAD, x)
             for i in range(n):
                 t, y, z = tile[T + i], tile[U + i], tile[V + i]
@@ -233,8 +269,6 @@ def legs(tile, n, view, colours):
 @kernel
 def net(tile, n, view, colours):
     """Lay net, tape and posts."""
-    if not reaches(tile, n, view, AHEAD, ZERO, (-MARGIN, NET_TOP + MARGIN)):
-        return
     cross(tile, n, view, AHEAD, ZERO)
     if not net_cover(tile, n):
         return
@@ -283,8 +317,6 @@ def lay_net(under, tile, n, colours):
 def opponent(tile, n, view, paint):
     """Lay the opponent, a flat figure of tapered limbs."""
     if paint.figure.shape[0] == 0:
-        return
-    if not reaches(tile, n, view, AHEAD, OPPONENT, (GROUND, FIGURE_TOP)):
         return
     cross(tile, n, view, AHEAD, OPPONENT)
     visible = False

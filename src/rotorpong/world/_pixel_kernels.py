@@ -140,22 +140,6 @@ def fill(tile, n, value):
 
 
 @kernel
-def reaches(tile, n, view, normal, offset, bounds):
-    """Tell whether a ray meets the plane within bounds along the last axis before the normal.
-
-    Planes of constant x are judged by z, of constant y by x, of constant z by y.
-    """
-    low, high = bounds
-    other = (normal + 2) % 3
-    inverse_direction, direction = tile[IX + TILE * normal :], tile[X + TILE * other :]
-    away, start, found = offset - view[EYE, normal], view[EYE, other], False
-    for i in range(n):
-        value = start + away * inverse_direction[i] * direction[i]
-        found |= (value > low) & (value < high)
-    return found
-
-
-@kernel
 def cross(tile, n, view, normal, offset):
     """Write where rays cross the plane at `offset` along the axis `normal`.
 

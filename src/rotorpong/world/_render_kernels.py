@@ -27,7 +27,6 @@ from rotorpong.world._pixel_kernels import (
     IZ,
     LIGHT,
     NEAR,
-    ONE,
     PITCH,
     RED,
     RIGHT,
