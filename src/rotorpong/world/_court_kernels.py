@@ -68,6 +68,7 @@ LEG_OUTER = F(court.LEG_Y + court.LEG_WIDTH / 2)
 GROUND = F(court.FLOOR_HEIGHT)
 OPPONENT = F(court.OPPONENT_X)
 FIGURE_HALF_WIDTH, FIGURE_TOP, MARGIN = F(0.6), F(1.05), F(0.1)
+PIECE = 32  # pixels
 SLACK = F(1e-3)  # for rounding, where to look or not is only a question of time
 AHEAD, ASIDE, UP = np.arange(3)  # axes
 
@@ -338,21 +339,27 @@ def opponent(tile, n, view, paint):
 
 @kernel
 def limbs(tile, n, paint):
-    """Lay the limbs that reach into the tile."""
+    """Lay the limbs that reach into the tile, in pieces of it as narrow as limbs are."""
     margin = TWO * tile[SPAN_U]
     for k in range(paint.figure.shape[0]):
         limb = paint.figure[k]
         reach, visible = limb[12] + margin, False
+        low, high = limb[10] - reach, limb[10] + reach
         for i in range(n):
-            visible |= (tile[V + i] > limb[10] - reach) & (tile[V + i] < limb[10] + reach)
+            visible |= (tile[V + i] > low) & (tile[V + i] < high)
         if visible:
-            show_limb(tile, n, limb)
-            lay(tile, n, paint.colours[int(limb[7])])
+            for start in range(0, n, PIECE):
+                show_limb(tile[start:], min(n - start, PIECE), limb, margin, paint.colours)
 
 
 @kernel
-def show_limb(tile, n, limb):
-    """Write coverage and light of a limb, rounded off and lit from above."""
+def show_limb(tile, n, limb, margin, colours):
+    """Lay a limb, rounded off and lit from above, if it reaches into the tile."""
+    low, high, visible = limb[9] - limb[11] - margin, limb[9] + limb[11] + margin, False
+    for i in range(n):
+        visible |= (tile[U + i] > low) & (tile[U + i] < high)
+    if not visible:
+        return
     y0, z0, run_y, run_z, shortness = limb[0], limb[1], limb[2], limb[3], limb[4]
     start, taper, tone = limb[5], limb[6], limb[8]
     for i in range(n):
@@ -364,3 +371,4 @@ def show_limb(tile, n, limb):
         sharp = inverse(radius)
         u, v = u * sharp, v * sharp
         tile[LIGHT + i] = tone * (LIMB_LIGHT + LIMB_SLOPE * (v - u) - LIMB_ROUND * (u * u + v * v))
+    lay(tile, n, colours[int(limb[7])])

@@ -121,12 +121,12 @@ def render(
         InputError: a pose is not finite or no rotation, the camera is smaller than 2 x 2 pixels,
             or the region is empty or reaches out of the picture.
     """
-    rays = _rays_at_door(camera)
-    _check_pose(camera_position, world_from_camera, ball_position)
-    x0, y0, x1, y1 = _region_at_door(camera, region)
+    rays = rays_at_door(camera)
+    check_pose(camera_position, world_from_camera, ball_position)
+    x0, y0, x1, y1 = region_at_door(camera, region)
     picture = np.empty((y1 - y0, 3 * (x1 - x0)), np.uint8)
     shutter = still(camera_position, world_from_camera, ball_position)
-    paint_rows(picture, rays, (x0, y0), shutter, blank_moment(1), _paint(scene), blank_tile())
+    paint_rows(picture, rays, (x0, y0), shutter, blank_moment(1), paint_of(scene), blank_tile())
     return picture.reshape(y1 - y0, x1 - x0, 3)
 
 
@@ -141,8 +141,8 @@ def ball_coverage(
     Raises:
         InputError: as for `render`.
     """
-    rays = _rays_at_door(camera)
-    _check_pose(camera_position, world_from_camera, ball_position)
+    rays = rays_at_door(camera)
+    check_pose(camera_position, world_from_camera, ball_position)
     coverage = np.zeros((camera.height_px, camera.width_px), np.float32)
     shutter = still(camera_position, world_from_camera, ball_position)
     cover_rows(coverage, rays, shutter, blank_moment(1))
@@ -167,7 +167,8 @@ def blank_tile() -> tuple[Float32[ndarray, "size"], Int32[ndarray, "pixels"]]:
     return np.zeros(TILE_SIZE, np.float32), np.zeros(TILE, np.int32)
 
 
-def _rays_at_door(camera: Camera) -> Float32[ndarray, "3 height width"]:
+def rays_at_door(camera: Camera) -> Float32[ndarray, "3 height width"]:
+    """Return X/Z, Y/Z and pitch of every pixel, once it is sure that the camera has pixels."""
     if camera.width_px < 2 or camera.height_px < 2:
         raise InputError(
             f"a picture of {camera.width_px} x {camera.height_px} pixels was asked for; "
@@ -190,12 +191,15 @@ def _rays(camera: Camera) -> Float32[ndarray, "3 height width"]:
 
 
 @functools.lru_cache(maxsize=8)
-def _paint(scene: Scene) -> Paint:
-    colours = [getattr(scene, name) for name in COLOURS]
+def paint_of(scene: Scene, gamma: float = 1.0) -> Paint:
+    """Return what the kernels need of a scene, in light that is linear for a camera of `gamma`."""
+    colours = np.array([getattr(scene, name) for name in COLOURS], np.float32)
+    if gamma != 1.0:
+        colours = (255.0 * (colours / 255.0) ** gamma).astype(np.float32)
+    texture = np.pad(_texture(scene.texture_seed), (0, 1), mode="wrap")
     return Paint(
-        np.array(colours, np.float32) * np.float32(scene.brightness),
-        np.pad(_texture(scene.texture_seed), (0, 1), mode="wrap").ravel()
-        * np.float32(scene.texture_contrast),
+        colours * np.float32(scene.brightness),
+        texture.ravel() * np.float32(scene.texture_contrast),
         _figure() if scene.opponent else np.zeros((0, LIMB_COLUMNS), np.float32),
         np.float32(scene.ball_shadow),
     )
@@ -223,7 +227,8 @@ def _figure() -> Float32[ndarray, "limbs columns"]:
     return np.array(rows, np.float32)
 
 
-def _check_pose(position: ndarray, rotation: ndarray, ball: ndarray) -> None:
+def check_pose(position: ndarray, rotation: ndarray, ball: ndarray) -> None:
+    """Raise InputError unless these are two points and a rotation."""
     for name, array, shape in (
         ("camera position", position, (3,)),
         ("rotation of the camera", rotation, (3, 3)),
@@ -236,7 +241,8 @@ def _check_pose(position: ndarray, rotation: ndarray, ball: ndarray) -> None:
         raise InputError(f"{rotation.tolist()} is no rotation: its rows are not right-handed axes")
 
 
-def _region_at_door(camera: Camera, region: Region | None) -> Region:
+def region_at_door(camera: Camera, region: Region | None) -> Region:
+    """Return the region, the whole picture if there is none, or raise InputError."""
     width, height = camera.width_px, camera.height_px
     if region is None:
         return 0, 0, width, height
