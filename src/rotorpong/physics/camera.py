@@ -170,6 +170,12 @@ def draw_camera(camera: Camera, rng: np.random.Generator) -> Camera:
     return replace(camera, **had)
 
 
+def ideal(camera: Camera) -> Camera:
+    """Return the same lens at the same place with an ideal shutter and sensor; delay is kept."""
+    nothing = dict.fromkeys(CAMERA_RANGES, 0.0) | {"gamma": 1.0, "stream_mbit_s": 0.0}
+    return replace(camera, **nothing)
+
+
 def row_time(
     camera: Camera, frame_time: float, rows: Float[ndarray, "*batch"]
 ) -> Float[ndarray, "*batch"]:

@@ -5,7 +5,7 @@ undistorted directions, so that lens distortion is exact and free. Planes (table
 answer with closed-form coverage of the pixel's footprint; the ball answers with
 (d.c)^2 >= |d|^2 (|c|^2 - r^2) on 6 x 6 rays per pixel of its outline, which puts its centre within
 0.02 px (4 x 4, the design's number, leave 0.025 px). Colours are blue, green, red sensor values and
-mix linearly: noise, blur, shutter and gamma belong to the sensor.
+mix linearly: noise, blur, shutter and gamma are those of `exposure`.
 
 The vehicle itself is outside its camera's view. The opponent is a flat figure at x = 2.9 m, for
 eyes on the near side of it. A ball that touches the camera's centre is not drawn.
@@ -135,8 +135,17 @@ def ball_coverage(
     camera_position: Float[ndarray, "3"],
     world_from_camera: Float[ndarray, "3 3"],
     ball_position: Float[ndarray, "3"],
+    *,
+    instants: int = 1,
 ) -> Float32[ndarray, "height width"]:
     """Return which share of each pixel the ball covers, as if nothing stood before it.
+
+    Args:
+        camera: intrinsics and distortion.
+        camera_position: m, world.
+        world_from_camera: rotation that takes camera axes to the world.
+        ball_position: centre of the ball, m, world.
+        instants: how often it is sampled, as in an exposure, with fewer rays each.
 
     Raises:
         InputError: as for `render`.
@@ -145,7 +154,7 @@ def ball_coverage(
     check_pose(camera_position, world_from_camera, ball_position)
     coverage = np.zeros((camera.height_px, camera.width_px), np.float32)
     shutter = still(camera_position, world_from_camera, ball_position)
-    cover_rows(coverage, rays, shutter, blank_moment(1))
+    cover_rows(coverage, rays, shutter, blank_moment(instants))
     return coverage
 
 
