@@ -182,7 +182,7 @@ class ServeBatch:
         balls, poses, clocks = self._logs
         exposed = min(clocks[row, kernels.EXPOSED], clocks[row, kernels.FLOWN])
         camera = self.setting.camera
-        eye, axes = eye_of(poses[row, exposed], camera)
+        eye, axes = eye_of(camera, poses[row, exposed])
         return render(camera, eye, axes, balls[row, exposed, :3].copy(), self.setting.scene)
 
     def truth(self, row: int) -> Truth:
