@@ -57,9 +57,25 @@ def _module(name: str) -> Any:
     return importlib.import_module(f"rotorpong.lab.bench.{name}")
 
 
+def _named(tell: Advance, what: str) -> Callable[[int, int], None]:
+    return lambda done, total: tell(f"bench: {what}", done, total)
+
+
 SECTIONS = (
     Section("ball", lambda order, tell: _module("ball_rows").rows(quick=order.quick)),
+    Section("vehicle", lambda order, tell: _module("vehicle_rows").rows(quick=order.quick)),
     Section("world", lambda order, tell: _module("world_speed").rows(quick=order.quick)),
+    Section("batch", lambda order, tell: _module("batch_rows").rows()),
+    Section(
+        "flights",
+        lambda order, tell: _module("real_flights").rows(order.flights, _named(tell, "flights")),
+        lambda order: order.flights is not None,
+    ),
+    Section(
+        "events",
+        lambda order, tell: _module("real_events").rows(order.events, _named(tell, "events")),
+        lambda order: order.events is not None,
+    ),
     Section(
         "peers",
         lambda order, tell: _module("peers").rows(quick=order.quick),
