@@ -1,7 +1,8 @@
 """Learn `rotorpong/Intercept-v0` from nothing by an evolution strategy, in plain numpy.
 
     python examples/train_intercept.py                        # a few generations: 30 s at most
-    python examples/train_intercept.py --generations 60 --out DIR      # the whole curve
+    python examples/train_intercept.py --generations 16 --population 12 --balls 16 \\
+        --test-balls 1000 --every 1 --out DIR             # the curve of the documentation
 
 The policy is one linear layer and a tanh on eight numbers that are worked out from the observation:
 how far to the left and up the ball will pass the blade, by a straight line and by gravity with one
@@ -159,10 +160,10 @@ def tested(
     weights = np.tile(flat.reshape(1, OUTPUTS, FEATURES), (balls, 1, 1))
     _, hit = play(environments, weights, list(range(balls)), 0)
     low, high = wilson_interval(int(hit.sum()), balls)
-    print(f"generation {generation:3d}  {trained:6d} serves  {hit.mean():6.1%} hit", flush=True)
+    print(f"generation {generation:3d}  {trained:6d} trials  {hit.mean():6.1%} hit", flush=True)
     return {
         "generation": generation,
-        "serves_trained_on": trained,
+        "trials_trained_on": trained,
         "hits": int(hit.sum()),
         "balls": balls,
         "hit_rate": float(hit.mean()),
@@ -172,13 +173,13 @@ def tested(
 
 def draw(curve: list[Point], path: Path) -> None:
     """Draw the learning curve with Wilson's 95 % intervals."""
-    serves = [point["serves_trained_on"] for point in curve]
+    trials = [point["trials_trained_on"] for point in curve]
     low, high = np.array([point["hit_rate_interval"] for point in curve]).T
     figure, axes = plt.subplots(figsize=(6.4, 3.6), layout="constrained")
-    axes.fill_between(serves, 100 * low, 100 * high, alpha=0.25, linewidth=0)
-    axes.plot(serves, [100 * point["hit_rate"] for point in curve], marker=".")
+    axes.fill_between(trials, 100 * low, 100 * high, alpha=0.25, linewidth=0)
+    axes.plot(trials, [100 * point["hit_rate"] for point in curve], marker=".")
     axes.set(
-        xlabel="serves trained on",
+        xlabel="trials flown in training",
         ylabel=f"hit, % of {curve[0]['balls']} other serves",
         ylim=(0, 100),
         title="rotorpong/Intercept-v0: CMA-ES, 24 weights, from zero",

@@ -10,8 +10,9 @@ from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec
 from rotorpong.physics.ball import TABLE_SURFACE, Air, Ball, bounce, fly
 from rotorpong.primitives import Dmp, State
-from rotorpong.world.serves import crossing
-from rotorpong.world.simulated_drone import SimulatedDrone
+from rotorpong.world.batch import Cast, ServeBatch
+from rotorpong.world.serves import Serve, crossing
+from rotorpong.world.simulated_drone import Setting, SimulatedDrone
 
 Step = Callable[[int, int], None]
 STEPS = 4
@@ -36,6 +37,7 @@ def warm_up(progress: Step | None = None) -> None:
     observation = drone.observe()
     drone.command(HOVER)
     drone.truth()
+    play_once(serve, spec.setting())
     tell(2, STEPS)
     if observation is not None:
         spec.make_eyes(drone).see(observation)
@@ -45,6 +47,15 @@ def warm_up(progress: Step | None = None) -> None:
     rest = State(np.zeros(3), np.zeros(3))
     Dmp(np.zeros((20, 3))).roll_out(rest, rest, 1.0, np.linspace(0.0, 1.0, 3))
     tell(STEPS, STEPS)
+
+
+def play_once(serve: Serve, setting: Setting) -> None:
+    """Play a batch of one serve to its end."""
+    generators = trial_generators(0, "evaluate", 0)
+    batch = ServeBatch(setting, [Cast(serve, generators.vehicle, generators.sensors)])
+    while not batch.over.all():
+        batch.advance()
+    batch.states()
 
 
 UP = np.array([0.0, 0.0, 1.0])

@@ -8,8 +8,7 @@ while the others go on. World frame.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, is_dataclass
-from typing import TypeVar
+from dataclasses import dataclass, fields
 
 import numpy as np
 from jaxtyping import Bool, Float, Int64
@@ -23,7 +22,6 @@ from rotorpong.world import _judging_kernels as rules
 from rotorpong.world._contact_kernels import CONTACT_COLUMNS
 from rotorpong.world.contact import (
     MOST_CONTACTS,
-    Contact,
     contact_from_row,
     sizes_of,
     state_of,
@@ -57,7 +55,6 @@ STATE = (
     "sight_age_s",  # since the exposure: the camera's delay
 )
 Rows = Int64[ndarray, "rows"]
-State = TypeVar("State")
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,10 +95,12 @@ class ServeBatch:
             np.zeros((n, 2), np.int64),
         )
         self._codes, self._deciding = np.zeros(n, np.int64), np.empty((n, CONTACT_COLUMNS))
-        self._contacts: list[list[Contact]] = [[] for _ in casts]
+        self._contacts: list[list[Float[ndarray, "_"]]] = [[] for _ in casts]
         self._phases, self._delays = np.empty(n), np.empty(n, np.int64)
         self._frames = np.zeros(n, np.int64)
         self._commands, self._are_new = np.zeros((n, 4)), np.ones(n, bool)
+        self._touched = np.empty((n, MOST_CONTACTS, CONTACT_COLUMNS))
+        self._touches = np.zeros(n, np.int64)
         self._judged = np.empty((2, n))
         self._states: VehicleState = _stacked([self._cast(i, c) for i, c in enumerate(casts)])
 
@@ -133,10 +132,10 @@ class ServeBatch:
                 f"commands {np.array2string(velocities, threshold=8)}: expected finite velocities "
                 f"in m/s and rad/s, shape {self._commands.shape}"
             )
-        where = True if told is None else told[:, None]
-        np.clip(velocities, -self._limits, self._limits, out=self._commands, where=where)
-        self._are_new |= True if told is None else told
-        return self._commands.copy()
+        within = np.minimum(np.maximum(velocities, -self._limits), self._limits)
+        rows = slice(None) if told is None else told
+        self._commands[rows], self._are_new[rows] = within[rows], True
+        return within
 
     def advance(self) -> None:
         """Let every row that is not over run until its next frame arrives, or its serve is over."""
@@ -207,7 +206,7 @@ class ServeBatch:
             ball_path=balls[:, :3].copy(),
             body_path=track[:, :3].copy(),
             blade_path=blade_path(track, self._racket),
-            contacts=tuple(self._contacts[row]),
+            contacts=tuple(map(contact_from_row, self._contacts[row])),
         )
 
     def _cast(self, row: int, cast: Cast) -> VehicleState:
@@ -244,8 +243,7 @@ class ServeBatch:
         self._fly_balls(rows, track)
 
     def _fly_balls(self, rows: Rows, track: Track) -> None:
-        contacts = np.empty((len(rows), MOST_CONTACTS, CONTACT_COLUMNS))
-        counts = np.empty(len(rows), np.int64)
+        contacts, counts = self._touched, self._touches
         kernels.fly_leg(
             rows,
             (track.position, track.quaternion),
@@ -253,9 +251,8 @@ class ServeBatch:
             self._logs,
             (self._codes, self._deciding, contacts, counts),
         )
-        for m in np.flatnonzero(counts):
-            touched = [contact_from_row(row) for row in contacts[m, : counts[m]]]
-            self._contacts[rows[m]].extend(touched)
+        for m in np.flatnonzero(counts[: len(rows)]):
+            self._contacts[rows[m]].extend(contacts[m, : counts[m]].copy())
         ended = rows[self._codes[rows] != rules.PLAYING]
         if len(ended):
             scratch = np.empty((LONGEST_SERVE + 1, 3))
@@ -265,28 +262,19 @@ class ServeBatch:
         return self._solids._replace(air=serve.air, table=serve.table)
 
 
-def _stacked(states: Sequence[State]) -> State:
+def _stacked(states: Sequence[VehicleState]) -> VehicleState:
     """Return one state with a leading axis, from states of single vehicles."""
-    first = states[0]
-    if isinstance(first, ndarray):
-        return np.stack(states)
-    assert is_dataclass(first), f"a vehicle's state is a dataclass of arrays, not {type(first)}"
-    parts = ([getattr(state, f.name) for state in states] for f in fields(first))
-    return type(first)(*map(_stacked, parts))
+    return VehicleState(
+        *(np.stack([getattr(state, f.name) for state in states]) for f in fields(VehicleState))
+    )
 
 
-def _taken(states: State, rows: Rows) -> State:
+def _taken(states: VehicleState, rows: Rows) -> VehicleState:
     """Return the state of some rows."""
-    if isinstance(states, ndarray):
-        return states[rows]
-    return type(states)(*(_taken(getattr(states, f.name), rows) for f in fields(states)))
+    return VehicleState(*(getattr(states, f.name)[rows] for f in fields(VehicleState)))
 
 
-def _put(states: State, rows: Rows, new: State) -> None:
+def _put(states: VehicleState, rows: Rows, new: VehicleState) -> None:
     """Overwrite the state of some rows in place."""
-    for f in fields(states):
-        old, part = getattr(states, f.name), getattr(new, f.name)
-        if isinstance(old, ndarray):
-            old[rows] = part
-        else:
-            _put(old, rows, part)
+    for f in fields(VehicleState):
+        getattr(states, f.name)[rows] = getattr(new, f.name)

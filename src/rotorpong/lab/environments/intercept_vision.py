@@ -51,7 +51,7 @@ NAVDATA = (
     Quantity("sight_age_s", "s", 0, 4, "since the middle of the frame's exposure"),
 )
 
-Seen = dict[str, ndarray]
+Seen = dict[str, Any]
 
 
 class InterceptVisionEnv(gym.Env[Seen, Float32[ndarray, "4"]]):
