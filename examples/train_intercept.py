@@ -1,8 +1,7 @@
 """Learn `rotorpong/Intercept-v0` from nothing by an evolution strategy, in plain numpy.
 
-    python examples/train_intercept.py                        # a few generations: 30 s at most
-    python examples/train_intercept.py --generations 16 --population 12 --balls 16 \\
-        --test-balls 1000 --every 1 --out DIR             # the curve of the documentation
+    python examples/train_intercept.py                # a few generations: 30 s at most
+    python examples/train_intercept.py --full --out DIR      # the curve of the documentation
 
 The policy is one linear layer and a tanh on eight numbers that are worked out from the observation:
 how far to the left and up the ball will pass the blade, by a straight line and by gravity with one
@@ -34,6 +33,7 @@ FEATURES, OUTPUTS = 8, 3  # forward, left, up; it never turns
 SHAPING = 0.5
 FIRST_STEP = 0.5  # of the weights
 MOST_FRAMES = 100  # of a serve
+FULL = {"generations": 16, "population": 12, "balls": 16, "test_balls": 1000, "every": 1}
 
 Point = dict[str, Any]
 
@@ -197,13 +197,16 @@ def main() -> None:
     parser.add_argument("--test-balls", type=int, default=100)
     parser.add_argument("--every", type=int, default=2, help="generations between two tests")
     parser.add_argument("--out", type=Path)
+    parser.add_argument("--full", action="store_true", help="as in the documentation: minutes")
     told = parser.parse_args()
+    if told.full:
+        vars(told).update(FULL)
     curve, weights = learn(
         told.generations, told.population, told.balls, told.test_balls, told.every
     )
     if told.out is not None:
         told.out.mkdir(parents=True, exist_ok=True)
-        setting = {name: value for name, value in vars(told).items() if name != "out"}
+        setting = {name: value for name, value in vars(told).items() if name in FULL}
         result = {"setting": setting, "curve": curve, "weights": weights.tolist()}
         (told.out / "intercept_es.json").write_text(json.dumps(result, indent=1) + "\n")
         draw(curve, told.out / "intercept_es.png")
