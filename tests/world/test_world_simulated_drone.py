@@ -48,7 +48,7 @@ def flat(left, up):
     duration = (5.0 - PLANE_X) / 12.0
     rise = 0.8 * GRAVITY * duration
     height = HOME_BLADE[2] + up - rise * duration + GRAVITY / 2 * duration**2
-    return replace(thrown([5.0, left, height], [-12.0, 0.0, rise]), air=Air(0.0, 0.0))
+    return replace(thrown([5.0, left, height], [-12.0, 0.0, rise]), air=Air(0.0, 0.0, 0.0))
 
 
 def observed(flying, decide=lambda _: None):

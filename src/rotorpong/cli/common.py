@@ -32,7 +32,7 @@ class Match(Common):
     camera: str = "gazebo"
     """gazebo, ardrone2_720p, or your calibration as FILE."""
     serves: str = "human"
-    """human, constant, or FILE.csv of serves or of a measured flight."""
+    """human, constant, hard, lob, or FILE.csv of serves or of a measured flight."""
 
 
 def compile_kernels() -> None:

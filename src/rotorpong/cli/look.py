@@ -76,7 +76,7 @@ class Stats(Common):
     """Describe a kind of serves as a camera sees them."""
 
     serves: str = "human"
-    """human, constant, or FILE.csv."""
+    """human, constant, hard, lob, or FILE.csv."""
     camera: str = "gazebo"
     """gazebo, ardrone2_720p, or your calibration as FILE."""
     balls: int = 200

@@ -11,9 +11,9 @@ import numpy as np
 
 from rotorpong.conventions import InputError
 from rotorpong.lab.seeds import run_generator
-from rotorpong.world.serves import HUMAN, Serve, draw, vary
+from rotorpong.world.serves import HUMAN, KINDS, Serve, draw, vary
 
-SERVE_KINDS = ("human", "constant")
+SERVE_KINDS = ("human", "constant", "hard", "lob")
 
 ServeSource = Callable[[int, np.random.Generator], Serve]
 """Trial index and generator of the trial's serve -> the serve."""
@@ -25,8 +25,8 @@ def serve_source(serves: str, seed: int) -> ServeSource:
     Raises:
         InputError: neither a kind nor a readable file of serves or of a flight.
     """
-    if serves == "human":
-        return lambda _, rng: draw(HUMAN, rng)
+    if serves in KINDS:
+        return lambda _, rng: draw(KINDS[serves], rng)
     if serves == "constant":
         base = draw(HUMAN, run_generator(seed))
         return lambda _, rng: vary(base, rng)

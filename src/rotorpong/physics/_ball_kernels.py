@@ -24,10 +24,8 @@ def kept(x):
 
 
 @kernel
-def step(state, dt, air, out):
-    """Advance one state by dt with RK4 into `out` (which may be `state`)."""
-    vx, vy, vz = state[3], state[4], state[5]
-    wx, wy, wz = state[6], state[7], state[8]
+def flown(x, y, z, vx, vy, vz, wx, wy, wz, dt, air):
+    """Return the nine floats of a state after dt, with RK4."""
     h = 0.5 * dt
     ax, ay, az = acceleration(vx, vy, vz, wx, wy, wz, air)
     half = kept(h * air.spin_decay)
@@ -37,14 +35,25 @@ def step(state, dt, air, out):
     whole = kept(dt * air.spin_decay)
     wx, wy, wz = whole * wx, whole * wy, whole * wz
     dx, dy, dz = acceleration(vx + dt * cx, vy + dt * cy, vz + dt * cz, wx, wy, wz, air)
-    s = dt * dt / 6.0
-    out[0] = state[0] + dt * vx + s * (ax + bx + cx)
-    out[1] = state[1] + dt * vy + s * (ay + by + cy)
-    out[2] = state[2] + dt * vz + s * (az + bz + cz)
-    k = dt / 6.0
-    out[3] = vx + k * (ax + 2.0 * bx + 2.0 * cx + dx)
-    out[4] = vy + k * (ay + 2.0 * by + 2.0 * cy + dy)
-    out[5] = vz + k * (az + 2.0 * bz + 2.0 * cz + dz)
+    s, k = dt * dt / 6.0, dt / 6.0
+    x = x + dt * vx + s * (ax + bx + cx)
+    y = y + dt * vy + s * (ay + by + cy)
+    z = z + dt * vz + s * (az + bz + cz)
+    vx += k * (ax + 2.0 * bx + 2.0 * cx + dx)
+    vy += k * (ay + 2.0 * by + 2.0 * cy + dy)
+    vz += k * (az + 2.0 * bz + 2.0 * cz + dz)
+    return x, y, z, vx, vy, vz, wx, wy, wz
+
+
+@kernel
+def step(state, dt, air, out):
+    """Advance one state by dt with RK4 into `out` (which may be `state`)."""
+    x, y, z, vx, vy, vz, wx, wy, wz = flown(
+        state[0], state[1], state[2], state[3], state[4], state[5], state[6], state[7], state[8],
+        dt, air,
+    )  # fmt: skip
+    out[0], out[1], out[2] = x, y, z
+    out[3], out[4], out[5] = vx, vy, vz
     out[6], out[7], out[8] = wx, wy, wz
 
 

@@ -13,13 +13,23 @@ import numpy as np
 
 from rotorpong.conventions import BALL_RADIUS, GRAVITY
 from rotorpong.kernels import kernel
-from rotorpong.physics._ball_kernels import bounce, step
+from rotorpong.physics._ball_kernels import bounce
 from rotorpong.world._solid_kernels import (
+    ACROSS,
     BLADE,
+    END,
     HALF_POST,
+    OTHER,
+    PLACE,
+    POINT,
+    PROBE,
+    ROTATION,
     SOLIDS,
+    SPEED,
+    START,
+    TABLE,
     body_point,
-    copy_state,
+    copy_row,
     ellipse_gap,
     gap,
     least_blade_gap,
@@ -27,6 +37,7 @@ from rotorpong.world._solid_kernels import (
     part_of,
     pose_between,
     scene_of,
+    step_row,
     surface_of,
 )
 from rotorpong.world.court import NET_HEIGHT
@@ -43,26 +54,20 @@ PASSED, LOST = -1, -2  # the plane; nothing happened in time
 
 
 @kernel
-def next_probe(a, fa, b, fb, k):
-    """Return where to look for a root in [a, b], fa > 0 > fb: regula falsi with bisection."""
-    return b - fb * (b - a) / (fb - fa) if k % 3 < 2 and fa > fb else 0.5 * (a + b)
-
-
-@kernel
-def ball_travel(start, duration):
-    """Return more than the ball can move in a step, m."""
-    vx, vy, vz = start[3], start[4], start[5]
+def ball_travel(work, duration):
+    """Return more than the ball at START can move in a step, m."""
+    vx, vy, vz = work[START, 3], work[START, 4], work[START, 5]
     speed = math.sqrt(vx * vx + vy * vy + vz * vz)
     return 1.001 * (speed + GRAVITY * duration) * duration
 
 
 @kernel
-def court_is_near(start, travel):
-    """Tell whether the ball can touch table, net or floor."""
+def court_is_near(work, travel):
+    """Tell whether the ball at START can touch table, net or floor."""
     reach = BALL_RADIUS + travel
-    if start[2] <= reach:
+    if work[START, 2] <= reach:
         return True
-    return abs(start[0]) <= HALF_POST + reach and start[2] <= NET_HEIGHT + reach
+    return abs(work[START, 0]) <= HALF_POST + reach and work[START, 2] <= NET_HEIGHT + reach
 
 
 @kernel
@@ -77,22 +82,24 @@ def drone_reach(scene):
 @kernel
 def drone_travel(track, i, reach):
     """Return more than any point of the drone moves in tick i, m."""
-    a, b = track[i], track[min(i + 1, track.shape[0] - 1)]
-    way = math.sqrt((b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2 + (b[2] - a[2]) ** 2)
-    dot = a[3] * b[3] + a[4] * b[4] + a[5] * b[5] + a[6] * b[6]
-    sign = 1.0 if dot >= 0.0 else -1.0
-    turn = 0.0  # squared chord of unit quaternions: 2 sin(angle / 4)
+    j, way, turn, dot = min(i + 1, track.shape[0] - 1), 0.0, 0.0, 0.0
+    for k in range(3):
+        way += (track[j, k] - track[i, k]) ** 2
     for k in range(3, 7):
-        turn += (b[k] - sign * a[k]) ** 2
-    return 1.001 * way + 2.5 * reach * math.sqrt(turn) + 1e-12
+        dot += track[i, k] * track[j, k]
+    sign = math.copysign(1.0, dot)
+    for k in range(3, 7):  # squared chord of unit quaternions, 2 sin(angle / 4)
+        turn += (track[j, k] - sign * track[i, k]) ** 2
+    return 1.001 * math.sqrt(way) + 2.5 * reach * math.sqrt(turn) + 1e-12
 
 
 @kernel
-def drone_is_near(start, travel, track, i, reach):
-    """Tell whether the ball can touch the drone in tick i."""
+def drone_is_near(work, travel, track, i, reach):
+    """Tell whether the ball at START can touch the drone in tick i."""
     if track.shape[0] == 0:
         return False
-    dx, dy, dz = start[0] - track[i, 0], start[1] - track[i, 1], start[2] - track[i, 2]
+    dx, dy = work[START, 0] - track[i, 0], work[START, 1] - track[i, 1]
+    dz = work[START, 2] - track[i, 2]
     distance = dx * dx + dy * dy + dz * dz
     if distance > 9.0 * (reach + travel) ** 2 + 1.0:  # a drone at 1 km/s gets no further in a tick
         return False
@@ -100,7 +107,7 @@ def drone_is_near(start, travel, track, i, reach):
 
 
 @kernel
-def clear_fraction(solid, start, dt, low, travel, track, i, base, scale, scene, work):
+def clear_fraction(solid, low, travel, dt, track, span, scene, work):
     """Return the first fraction of a step seen with a negative gap, -1 if there is none.
 
     Goes forward as far as the gap allows, but no less than 1/64 of the step: a graze that is missed
@@ -111,187 +118,206 @@ def clear_fraction(solid, start, dt, low, travel, track, i, base, scale, scene, 
         f += max(here / travel, 1.0 / LOOKS)
         if f >= 1.0:
             return -1.0
-        step(start, f * dt, scene.air, work.probe)
-        here = gap(solid, work.probe, track, i, base + scale * f, scene, work)
+        here = gap_within(solid, f, dt, track, span, scene, work)
         if here < 0.0:
             return f
 
 
 @kernel
-def contact_fraction(solid, start, dt, upper, track, i, base, scale, scene, work):
-    """Return where in (0, upper] of the step the gap vanishes."""
-    a, b = 0.0, upper
-    fa = max(gap(solid, start, track, i, base, scene, work), 0.0)
-    step(start, b * dt, scene.air, work.probe)
-    fb = gap(solid, work.probe, track, i, base + scale * b, scene, work)
-    for k in range(ROOT_STEPS):
-        c = next_probe(a, fa, b, fb, k)
-        step(start, c * dt, scene.air, work.probe)
-        fc = gap(solid, work.probe, track, i, base + scale * c, scene, work)
-        if abs(fc) < ROOT_TOLERANCE:
+def gap_within(solid, f, dt, track, span, scene, work):
+    """Return the gap at a fraction of the step from START; the ball there is PROBE."""
+    step_row(work, START, f * dt, scene.air, PROBE)
+    i, base, scale = span
+    return gap(solid, PROBE, track, i, base + scale * f, scene, work)
+
+
+@kernel
+def contact_fraction(solid, low, upper, dt, track, span, scene, work):
+    """Return where in (0, upper] of the step the gap vanishes: regula falsi as Illinois has it."""
+    a, fa, b, side = 0.0, max(low, 0.0), upper, 0
+    fb = gap_within(solid, b, dt, track, span, scene, work)
+    for _ in range(ROOT_STEPS):
+        c = b - fb * (b - a) / (fb - fa) if fa > fb else a
+        fc = gap_within(solid, c, dt, track, span, scene, work)
+        if abs(fc) < ROOT_TOLERANCE or b - a < 1e-15:
             return c
         if fc > 0.0:
             a, fa = c, fc
+            fb = 0.5 * fb if side == 1 else fb
+            side = 1
         else:
             b, fb = c, fc
+            fa = 0.5 * fa if side == -1 else fa
+            side = -1
     return a
 
 
 @kernel
-def least_gap(solid, start, track, i, base, scene, work):
-    """Return a gap at the start of a step that the true one is not below."""
-    if solid != BLADE:
-        return gap(solid, start, track, i, base, scene, work)
-    pose_between(track, i, base, work.rotation, work.position)
-    body_point(start[0], start[1], start[2], work.rotation, work.position, work.body)
-    return least_blade_gap(work.body, scene.racket)
+def stays_above(work, dt, air):
+    """Tell whether the ball stays above the table's plane through the step from START to END.
+
+    Under an upward acceleration a the path dips a dt^2 / 8 below its chord at most.
+    """
+    low, high = work[START, 2] - BALL_RADIUS, work[END, 2] - BALL_RADIUS
+    if low < 0.0 or high < 0.0:
+        return False
+    speed = ball_travel(work, dt) / dt
+    spin = math.sqrt(work[START, 6] ** 2 + work[START, 7] ** 2 + work[START, 8] ** 2)
+    push = (air.drag * speed + abs(air.magnus) * spin) * speed - GRAVITY
+    return push <= 0.0 or min(low, high) >= push * dt * dt / 8.0
 
 
 @kernel
-def nearest_contact(first_solid, solids, dt, way, track, i, base, scale, scene, work):
-    """Return (solid, fraction) of the first contact of the step from work.start to work.end.
+def is_clear(solid, travel, dt, track, span, scene, work):
+    """Tell at small cost whether a solid cannot be touched in the step; False where unsure."""
+    if solid == TABLE:
+        return stays_above(work, dt, scene.air)
+    if solid == BLADE:
+        i, base, _ = span
+        pose_between(track, i, base, work)
+        x, y, z = body_point(work[START, 0], work[START, 1], work[START, 2], work)
+        return least_blade_gap(x, y, z, scene.racket) > travel
+    return False
+
+
+@kernel
+def nearest_contact(solids, dt, way, track, span, scene, work):
+    """Return (solid, fraction) of the first contact of the step from START to END.
 
     Args:
-        first_solid: of those to look at.
-        solids: one beyond the last.
+        solids: the first to look at, one beyond the last.
         dt: of the step, s.
         way: more than the ball, and than the drone, moves in it, m.
         track: poses.
-        i: tick.
-        base: where in the tick the step begins.
-        scale: its share of the tick.
+        span: tick, where in it the step begins, and its share of it.
         scene: parameters.
-        work: scratch arrays.
+        work: scratch.
 
     Returns:
         (-1, 1) if there is none.
     """
     hit, first = -1, 1.0
-    for solid in range(first_solid, solids):
+    i, base, scale = span
+    for solid in range(solids[0], solids[1]):
         travel = way[0] if solid < BLADE else way[0] + way[1]
-        if least_gap(solid, work.start, track, i, base, scene, work) > travel:
+        if is_clear(solid, travel, dt, track, span, scene, work):
             continue
-        low = gap(solid, work.start, track, i, base, scene, work)
-        high = gap(solid, work.end, track, i, base + scale, scene, work)
+        low = gap(solid, START, track, i, base, scene, work)
+        if low > travel:
+            continue
+        high = gap(solid, END, track, i, base + scale, scene, work)
         if (high >= 0.0 and low + high > travel) or (low < 0.0 and high > low):
             continue
         upper = 1.0
         if high >= 0.0:
-            upper = clear_fraction(
-                solid, work.start, dt, max(low, 0.0), travel, track, i, base, scale, scene, work
-            )
+            upper = clear_fraction(solid, low, travel, dt, track, span, scene, work)
             if upper < 0.0:
                 continue
-        f = contact_fraction(solid, work.start, dt, upper, track, i, base, scale, scene, work)
+        f = contact_fraction(solid, low, upper, dt, track, span, scene, work)
         if hit < 0 or f < first:
             hit, first = solid, f
     return hit, first
 
 
 @kernel
-def surface_normal(solid, state, track, i, fraction, scene, work):
-    """Write the outward normal of a solid at a touching ball, by central differences of the gap."""
+def surface_normal(solid, track, i, fraction, scene, work):
+    """Write the outward normal of a solid at the ball at END, by central differences of the gap."""
     h = 1e-6
+    copy_row(work, END, OTHER)
     for k in range(3):
-        copy_state(state, work.other)
-        work.other[k] = state[k] + h
-        up = gap(solid, work.other, track, i, fraction, scene, work)
-        work.other[k] = state[k] - h
-        down = gap(solid, work.other, track, i, fraction, scene, work)
-        work.normal[k] = up - down
-    size = math.sqrt(work.normal[0] ** 2 + work.normal[1] ** 2 + work.normal[2] ** 2)
+        work[OTHER, k] = work[END, k] + h
+        up = gap(solid, OTHER, track, i, fraction, scene, work)
+        work[OTHER, k] = work[END, k] - h
+        down = gap(solid, OTHER, track, i, fraction, scene, work)
+        work[OTHER, k] = work[END, k]
+        work[ACROSS, k] = up - down
+    size = math.sqrt(work[ACROSS, 0] ** 2 + work[ACROSS, 1] ** 2 + work[ACROSS, 2] ** 2)
     for k in range(3):
-        work.normal[k] /= size
+        work[ACROSS, k] /= size
+        work[POINT, k] = work[END, k] - BALL_RADIUS * work[ACROSS, k]
 
 
 @kernel
-def surface_velocity(solid, state, track, i, tick, work):
+def surface_velocity(solid, track, i, tick, work):
     """Write the velocity of the drone's point that the ball touches; zero for the court."""
     for k in range(3):
-        work.velocity[k] = 0.0
+        work[SPEED, k] = 0.0
     if solid < BLADE or i + 1 >= track.shape[0]:
         return
-    x = state[0] - BALL_RADIUS * work.normal[0]
-    y = state[1] - BALL_RADIUS * work.normal[1]
-    z = state[2] - BALL_RADIUS * work.normal[2]
-    pose_between(track, i, 0.5, work.rotation, work.position)
-    body_point(x, y, z, work.rotation, work.position, work.body)
+    pose_between(track, i, 0.5, work)
+    x, y, z = body_point(work[POINT, 0], work[POINT, 1], work[POINT, 2], work)
     for side in range(2):
-        pose_between(track, i, float(side), work.rotation, work.position)
+        pose_between(track, i, float(side), work)
         sign = 1.0 if side == 1 else -1.0
         for k in range(3):
-            r = work.rotation[k]
-            point = r[0] * work.body[0] + r[1] * work.body[1] + r[2] * work.body[2]
-            work.velocity[k] += sign * (point + work.position[k]) / tick
+            r = ROTATION + k
+            point = work[r, 0] * x + work[r, 1] * y + work[r, 2] * z
+            work[SPEED, k] += sign * (point + work[PLACE, k]) / tick
 
 
 @kernel
-def touched_part(solid, state, track, i, fraction, scene, work, row):
+def touched_part(solid, track, i, fraction, scene, work, row):
     """Write facing and blade point of a contact; return which part of the solid it touches."""
     forward, up = 0.0, 0.0
+    row[BLADE_POINT], row[BLADE_POINT + 1] = 0.0, 0.0
     if solid >= BLADE:
-        pose_between(track, i, fraction, work.rotation, work.position)
-        body_point(state[0], state[1], state[2], work.rotation, work.position, work.body)
         racket = scene.racket
-        y, z = work.body[1] - racket.y, work.body[2] - racket.z
-        y, z, _ = ellipse_gap(y, z, racket.half_width, racket.half_height)
+        pose_between(track, i, fraction, work)
+        _, y, z = body_point(work[END, 0], work[END, 1], work[END, 2], work)
+        y, z, _ = ellipse_gap(y - racket.y, z - racket.z, racket.half_width, racket.half_height)
         row[BLADE_POINT], row[BLADE_POINT + 1] = y / racket.half_width, z / racket.half_height
         for k in range(3):
-            forward += work.normal[k] * work.rotation[k, 0]
-            up += work.normal[k] * work.rotation[k, 2]
+            forward += work[ACROSS, k] * work[ROTATION + k, 0]
+            up += work[ACROSS, k] * work[ROTATION + k, 2]
     row[FACING] = forward
-    for k in range(3):
-        work.position[k] = state[k] - BALL_RADIUS * work.normal[k]
-    return part_of(solid, work.position, work.normal, forward, up)
+    return part_of(solid, forward, up, work)
 
 
 @kernel
-def touch(solid, state, track, i, fraction, time, scene, work, row):
-    """Bounce the ball off a solid and write the contact; return whether it is worth noting.
+def touch(solid, track, i, fraction, time, scene, work, row):
+    """Bounce the ball at END off a solid, write the contact; return whether it is worth noting.
 
     A ball that rolls touches again and again at no speed: that is not noted.
     """
-    surface_normal(solid, state, track, i, fraction, scene, work)
-    surface_velocity(solid, state, track, i, scene.tick, work)
-    row[BLADE_POINT], row[BLADE_POINT + 1] = 0.0, 0.0
-    part = touched_part(solid, state, track, i, fraction, scene, work, row)
+    surface_normal(solid, track, i, fraction, scene, work)
+    surface_velocity(solid, track, i, scene.tick, work)
+    part = touched_part(solid, track, i, fraction, scene, work, row)
     row[TIME], row[SOLID], row[PART] = time, solid, part
     approach_speed = 0.0
     for k in range(3):
-        row[POSITION + k], row[VELOCITY + k], row[SPIN + k] = state[k], state[3 + k], state[6 + k]
-        row[NORMAL + k], row[SURFACE_VELOCITY + k] = work.normal[k], work.velocity[k]
-        approach_speed -= (state[3 + k] - work.velocity[k]) * work.normal[k]
-    bounce(state, work.normal, work.velocity, surface_of(solid, part, scene))
+        row[POSITION + k], row[VELOCITY + k] = work[END, k], work[END, 3 + k]
+        row[SPIN + k], row[NORMAL + k] = work[END, 6 + k], work[ACROSS, k]
+        row[SURFACE_VELOCITY + k] = work[SPEED, k]
+        approach_speed -= (work[END, 3 + k] - work[SPEED, k]) * work[ACROSS, k]
+    bounce(work[END], work[ACROSS], work[SPEED], surface_of(solid, part, scene))
     for k in range(3):
-        row[VELOCITY_AFTER + k], row[SPIN_AFTER + k] = state[3 + k], state[6 + k]
-        state[k] += 1e-9 * work.normal[k]
+        row[VELOCITY_AFTER + k], row[SPIN_AFTER + k] = work[END, 3 + k], work[END, 6 + k]
+        work[END, k] += 1e-9 * work[ACROSS, k]
     return approach_speed >= SLOWEST_CONTACT
 
 
 @kernel
 def fly_tick(start_time, i, track, reach, scene, work, contacts, count):
-    """Fly from work.start to work.end through a tick with solids near; return the contact count."""
+    """Fly from START to END through a tick with solids near; return the number of contacts."""
     done, tick = 0.0, scene.tick
     for _ in range(MOST_CONTACTS_PER_STEP):
         rest = 1.0 - done
-        step(work.start, rest * tick, scene.air, work.end)
-        travel = ball_travel(work.start, rest * tick)
-        first = 0 if court_is_near(work.start, travel) else BLADE
-        solids, drone = BLADE, 0.0
-        if drone_is_near(work.start, travel, track, i, reach):
-            solids, drone = SOLIDS, drone_travel(track, i, reach)
+        step_row(work, START, rest * tick, scene.air, END)
+        travel, drone = ball_travel(work, rest * tick), 0.0
+        first, last = 0 if court_is_near(work, travel) else BLADE, BLADE
+        if drone_is_near(work, travel, track, i, reach):
+            last, drone = SOLIDS, drone_travel(track, i, reach)
         solid, f = nearest_contact(
-            first, solids, rest * tick, (travel, drone), track, i, done, rest, scene, work
+            (first, last), rest * tick, (travel, drone), track, (i, done, rest), scene, work
         )
         if solid < 0:
             return count
-        step(work.start, f * rest * tick, scene.air, work.end)
+        step_row(work, START, f * rest * tick, scene.air, END)
         done += f * rest
         row = contacts[min(count, contacts.shape[0] - 1)]
-        time = start_time + (i + done) * tick
-        if touch(solid, work.end, track, i, done, time, scene, work, row):
+        if touch(solid, track, i, done, start_time + (i + done) * tick, scene, work, row):
             count += 1
-        copy_state(work.end, work.start)
+        copy_row(work, END, START)
     return count
 
 
@@ -304,7 +330,7 @@ def advance(state, start_time, track, scene, work, contacts, path):
         start_time: seconds at the first tick.
         track: (ticks + 1, 7) poses of the drone, or (0, 7) where there is none.
         scene: parameters.
-        work: scratch arrays.
+        work: scratch.
         contacts: (m, 27) rows; the last is overwritten when there are more.
         path: (ticks, 9), the state after each tick.
 
@@ -312,17 +338,17 @@ def advance(state, start_time, track, scene, work, contacts, path):
         The number of contacts.
     """
     count, reach = 0, drone_reach(scene)
-    start, end = work.start, work.end
-    copy_state(state, start)
+    for k in range(9):
+        work[START, k] = state[k]
     for i in range(path.shape[0]):
-        travel = ball_travel(start, scene.tick)
-        if court_is_near(start, travel) or drone_is_near(start, travel, track, i, reach):
+        travel = ball_travel(work, scene.tick)
+        if court_is_near(work, travel) or drone_is_near(work, travel, track, i, reach):
             count = fly_tick(start_time, i, track, reach, scene, work, contacts, count)
         else:
-            step(start, scene.tick, scene.air, end)
+            step_row(work, START, scene.tick, scene.air, END)
         for k in range(9):
-            path[i, k] = end[k]
-            start[k] = end[k]
+            path[i, k] = work[END, k]
+            work[START, k] = work[END, k]
     return count
 
 
@@ -350,43 +376,41 @@ def advance_many(states, start_time, tracks, parameters, contacts, counts, paths
 
 
 @kernel
-def next_event(state, time, plane_x, longest, scene, work, row, crossing):
-    """Fly a ball over the empty court to its next contact, or through the plane x = plane_x.
+def next_event(time, plane_x, longest, scene, track, work, row, crossing):
+    """Fly the ball at START over the empty court to its next contact, or through x = plane_x.
 
     Args:
-        state: (9,), changed in place: just after the contact.
         time: s.
         plane_x: m.
         longest: s, when the flight is given up.
         scene: parameters; its tick is the longest step.
-        work: scratch arrays.
+        track: (0, 7), nobody's.
+        work: scratch; START is the ball, afterwards as it leaves the contact.
         row: (27,) of the contact.
         crossing: (9,), the state at the plane.
 
     Returns:
         (solid, PASSED or LOST; time).
     """
-    track = np.empty((0, 7))
-    copy_state(state, work.start)
-    for _ in range(2 * MOST_CONTACTS_PER_STEP + int(longest / scene.tick)):
+    tick = scene.tick
+    for _ in range(2 * MOST_CONTACTS_PER_STEP + int(longest / tick)):
         if time >= longest:
             break
-        step(work.start, scene.tick, scene.air, work.end)
-        travel, solid, f = ball_travel(work.start, scene.tick), -1, 1.0
-        if court_is_near(work.start, travel):
+        step_row(work, START, tick, scene.air, END)
+        travel, solid, f = ball_travel(work, tick), -1, 1.0
+        if court_is_near(work, travel):
             solid, f = nearest_contact(
-                0, BLADE, scene.tick, (travel, 0.0), track, 0, 0.0, 1.0, scene, work
+                (0, BLADE), tick, (travel, 0.0), track, (0, 0.0, 1.0), scene, work
             )
             if solid >= 0:
-                step(work.start, f * scene.tick, scene.air, work.end)
-        if work.start[0] > plane_x >= work.end[0]:
-            dt = f * scene.tick
-            return PASSED, time + crossing_time(work.start, work.end, dt, plane_x, scene, crossing)
-        time += f * scene.tick
-        if solid >= 0 and touch(solid, work.end, track, 0, 0.0, time, scene, work, row):
-            copy_state(work.end, state)
+                step_row(work, START, f * tick, scene.air, END)
+        if work[START, 0] > plane_x >= work[END, 0]:
+            return PASSED, time + crossing_time(f * tick, plane_x, scene, work, crossing)
+        time += f * tick
+        noted = solid >= 0 and touch(solid, track, 0, 0.0, time, scene, work, row)
+        copy_row(work, END, START)
+        if noted:
             return solid, time
-        copy_state(work.end, work.start)
     return LOST, time
 
 
@@ -397,10 +421,12 @@ def approach(state, plane_x, longest, parameters, contacts, crossing):
     Returns:
         (time of the crossing, negative if there is none; number of contacts on the way).
     """
-    scene, work, time = scene_of(parameters), make_work(), 0.0
+    scene, work, track, time = scene_of(parameters), make_work(), np.empty((0, 7)), 0.0
+    for k in range(9):
+        work[START, k] = state[k]
     for count in range(contacts.shape[0]):
         event, time = next_event(
-            state, time, plane_x, longest, scene, work, contacts[count], crossing
+            time, plane_x, longest, scene, track, work, contacts[count], crossing
         )
         if event < 0:
             return (time if event == PASSED else -1.0), count
@@ -408,13 +434,16 @@ def approach(state, plane_x, longest, parameters, contacts, crossing):
 
 
 @kernel
-def crossing_time(before, after, dt, plane_x, scene, crossing):
-    """Write the state at x = plane_x within a step of dt and return its time in the step."""
-    t = dt * (before[0] - plane_x) / (before[0] - after[0])
+def crossing_time(dt, plane_x, scene, work, crossing):
+    """Write the state at x = plane_x in the step of dt from START to END; return when, s."""
+    start, end = work[START, 0], work[END, 0]
+    t = dt * (start - plane_x) / (start - end)
     for _ in range(20):
-        step(before, t, scene.air, crossing)
-        error = crossing[0] - plane_x
+        step_row(work, START, t, scene.air, PROBE)
+        error = work[PROBE, 0] - plane_x
         if abs(error) < ROOT_TOLERANCE:
             break
-        t -= error / crossing[3]
+        t -= error / work[PROBE, 3]
+    for k in range(9):
+        crossing[k] = work[PROBE, k]
     return t

@@ -4,12 +4,12 @@ A gap is the distance from the ball's surface to a solid, negative inside.
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from rotorpong.conventions import BALL_RADIUS
 from rotorpong.kernels import kernel
+from rotorpong.physics._ball_kernels import flown
 from rotorpong.physics.ball import Air, Surface
 from rotorpong.world.court import (
     FLOOR_HEIGHT,
@@ -27,6 +27,8 @@ from rotorpong.world.solids import Solids
 
 TABLE, NET, FLOOR, BLADE, HULL = range(5)
 SOLIDS = 5
+START, END, PROBE, OTHER, LAUNCHED, PLACE, ACROSS, SPEED, POINT, ROTATION = range(10)
+WORK_ROWS = ROTATION + 3  # in one array: each array that a kernel is handed costs a count
 FLAT = 0.999  # of a normal: off a flat side, not an edge
 HALF_POST = 0.5 * POST_WIDTH
 HALF_TABLE = 0.5 * TABLE_THICKNESS
@@ -34,28 +36,10 @@ HALF_NET = 0.5 * NET_HEIGHT
 TAPE_HEIGHT = NET_HEIGHT - NET_TAPE_HEIGHT
 
 
-class Work(NamedTuple):
-    """Scratch arrays of the kernels, made once per flight."""
-
-    start: np.ndarray
-    end: np.ndarray
-    probe: np.ndarray
-    other: np.ndarray
-    launched: np.ndarray
-    rotation: np.ndarray
-    position: np.ndarray
-    body: np.ndarray
-    normal: np.ndarray
-    velocity: np.ndarray
-
-
 @kernel
 def make_work():
-    """Return fresh scratch arrays."""
-    return Work(
-        np.zeros(9), np.zeros(9), np.zeros(9), np.zeros(9), np.zeros(9),
-        np.zeros((3, 3)), np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3),
-    )  # fmt: skip
+    """Return fresh scratch: rows of states, points and a rotation, named above."""
+    return np.zeros((WORK_ROWS, 9))
 
 
 @kernel
@@ -75,10 +59,22 @@ def scene_of(p):
 
 
 @kernel
-def copy_state(state, out):
-    """Copy nine floats (an array assignment would compile for seconds)."""
+def copy_row(work, given, to):
+    """Copy a row of scratch (an array assignment would compile for seconds)."""
     for k in range(9):
-        out[k] = state[k]
+        work[to, k] = work[given, k]
+
+
+@kernel
+def step_row(work, given, dt, air, to):
+    """Advance the state in one row of scratch by dt into another."""
+    x, y, z, vx, vy, vz, wx, wy, wz = flown(
+        work[given, 0], work[given, 1], work[given, 2], work[given, 3], work[given, 4],
+        work[given, 5], work[given, 6], work[given, 7], work[given, 8], dt, air,
+    )  # fmt: skip
+    work[to, 0], work[to, 1], work[to, 2] = x, y, z
+    work[to, 3], work[to, 4], work[to, 5] = vx, vy, vz
+    work[to, 6], work[to, 7], work[to, 8] = wx, wy, wz
 
 
 @kernel
@@ -106,58 +102,63 @@ def ellipse_gap(y, z, a, b):
 
 
 @kernel
-def pose_between(track, i, fraction, rotation, position):
+def pose_between(track, i, fraction, work):
     """Write the pose between ticks i and i + 1 of a track of (position, quaternion)."""
-    a, b = track[i], track[min(i + 1, track.shape[0] - 1)]
+    j = min(i + 1, track.shape[0] - 1)
+    dot = 0.0
     for k in range(3):
-        position[k] = a[k] + fraction * (b[k] - a[k])
-    dot = a[3] * b[3] + a[4] * b[4] + a[5] * b[5] + a[6] * b[6]
+        work[PLACE, k] = track[i, k] + fraction * (track[j, k] - track[i, k])
+    for k in range(3, 7):
+        dot += track[i, k] * track[j, k]
     to = math.copysign(fraction, dot)  # q and -q are the same attitude
-    w = (1.0 - fraction) * a[3] + to * b[3]
-    x = (1.0 - fraction) * a[4] + to * b[4]
-    y = (1.0 - fraction) * a[5] + to * b[5]
-    z = (1.0 - fraction) * a[6] + to * b[6]
+    w = (1.0 - fraction) * track[i, 3] + to * track[j, 3]
+    x = (1.0 - fraction) * track[i, 4] + to * track[j, 4]
+    y = (1.0 - fraction) * track[i, 5] + to * track[j, 5]
+    z = (1.0 - fraction) * track[i, 6] + to * track[j, 6]
     n = 2.0 / (w * w + x * x + y * y + z * z)
-    rotation[0, 0] = 1.0 - n * (y * y + z * z)
-    rotation[0, 1] = n * (x * y - w * z)
-    rotation[0, 2] = n * (x * z + w * y)
-    rotation[1, 0] = n * (x * y + w * z)
-    rotation[1, 1] = 1.0 - n * (x * x + z * z)
-    rotation[1, 2] = n * (y * z - w * x)
-    rotation[2, 0] = n * (x * z - w * y)
-    rotation[2, 1] = n * (y * z + w * x)
-    rotation[2, 2] = 1.0 - n * (x * x + y * y)
+    work[ROTATION, 0] = 1.0 - n * (y * y + z * z)
+    work[ROTATION, 1] = n * (x * y - w * z)
+    work[ROTATION, 2] = n * (x * z + w * y)
+    work[ROTATION + 1, 0] = n * (x * y + w * z)
+    work[ROTATION + 1, 1] = 1.0 - n * (x * x + z * z)
+    work[ROTATION + 1, 2] = n * (y * z - w * x)
+    work[ROTATION + 2, 0] = n * (x * z - w * y)
+    work[ROTATION + 2, 1] = n * (y * z + w * x)
+    work[ROTATION + 2, 2] = 1.0 - n * (x * x + y * y)
 
 
 @kernel
-def body_point(px, py, pz, rotation, position, out):
-    """Write a world point in body axes."""
-    dx, dy, dz = px - position[0], py - position[1], pz - position[2]
-    for k in range(3):
-        out[k] = rotation[0, k] * dx + rotation[1, k] * dy + rotation[2, k] * dz
+def body_point(x, y, z, work):
+    """Return a world point in the axes of the body at the pose in `work`."""
+    dx, dy, dz = x - work[PLACE, 0], y - work[PLACE, 1], z - work[PLACE, 2]
+    return (
+        work[ROTATION, 0] * dx + work[ROTATION + 1, 0] * dy + work[ROTATION + 2, 0] * dz,
+        work[ROTATION, 1] * dx + work[ROTATION + 1, 1] * dy + work[ROTATION + 2, 1] * dz,
+        work[ROTATION, 2] * dx + work[ROTATION + 1, 2] * dy + work[ROTATION + 2, 2] * dz,
+    )
 
 
 @kernel
-def blade_gap(body, racket):
+def blade_gap(bx, by, bz, racket):
     """Return the gap to the blade of a ball at a body-frame point."""
-    x, y, z = body[0] - racket.x, body[1] - racket.y, body[2] - racket.z
+    x, y, z = bx - racket.x, by - racket.y, bz - racket.z
     off = ellipse_gap(y, z, racket.half_width, racket.half_height)[2]
     return math.sqrt(x * x + off * off) - BALL_RADIUS
 
 
 @kernel
-def least_blade_gap(body, racket):
+def least_blade_gap(bx, by, bz, racket):
     """Return a gap that the one to the blade is not below; quicker than the gap itself."""
-    x, y, z = body[0] - racket.x, body[1] - racket.y, body[2] - racket.z
+    x, y, z = bx - racket.x, by - racket.y, bz - racket.z
     size = max(racket.half_width, racket.half_height)
     return math.sqrt(x * x + y * y + z * z) - size - BALL_RADIUS
 
 
 @kernel
-def hull_gap(body, hull):
+def hull_gap(bx, by, bz, hull):
     """Return the gap to the hull of a ball at a body-frame point."""
-    radial = math.sqrt(body[0] * body[0] + body[1] * body[1]) - hull.radius
-    axial = abs(body[2]) - hull.half_height
+    radial = math.sqrt(bx * bx + by * by) - hull.radius
+    axial = abs(bz) - hull.half_height
     ox, oz = max(radial, 0.0), max(axial, 0.0)
     return math.sqrt(ox * ox + oz * oz) + min(max(radial, axial), 0.0) - BALL_RADIUS
 
@@ -177,32 +178,31 @@ def court_gap(solid, x, y, z):
 
 
 @kernel
-def gap(solid, state, track, i, fraction, scene, work):
-    """Return the gap between a ball state and one solid at tick i + fraction."""
+def gap(solid, row, track, i, fraction, scene, work):
+    """Return the gap between the ball in a row of `work` and one solid at tick i + fraction."""
     if solid < BLADE:
-        return court_gap(solid, state[0], state[1], state[2])
-    pose_between(track, i, fraction, work.rotation, work.position)
-    body_point(state[0], state[1], state[2], work.rotation, work.position, work.body)
+        return court_gap(solid, work[row, 0], work[row, 1], work[row, 2])
+    pose_between(track, i, fraction, work)
+    x, y, z = body_point(work[row, 0], work[row, 1], work[row, 2], work)
     if solid == BLADE:
-        return blade_gap(work.body, scene.racket)
-    return hull_gap(work.body, scene.hull)
+        return blade_gap(x, y, z, scene.racket)
+    return hull_gap(x, y, z, scene.hull)
 
 
 @kernel
-def part_of(solid, point, normal, forward, up):
-    """Return which of its solid's parts is touched at a world point.
+def part_of(solid, forward, up, work):
+    """Return which of its solid's parts is touched, at POINT and with normal ACROSS of `work`.
 
     Args:
         solid: the solid.
-        point: of its surface, that the ball touches.
-        normal: there.
         forward: the normal along the body's x.
         up: the normal along the body's z.
+        work: scratch.
     """
     if solid == TABLE:
-        return 0 if normal[2] > FLAT else (2 if normal[2] < -FLAT else 1)
+        return 0 if work[ACROSS, 2] > FLAT else (2 if work[ACROSS, 2] < -FLAT else 1)
     if solid == NET:
-        return 2 if abs(point[1]) > NET_HALF_LENGTH else int(point[2] > TAPE_HEIGHT)
+        return 2 if abs(work[POINT, 1]) > NET_HALF_LENGTH else int(work[POINT, 2] > TAPE_HEIGHT)
     if solid == FLOOR:
         return 0
     if solid == BLADE:

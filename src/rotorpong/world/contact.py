@@ -101,7 +101,9 @@ def advance_many(
     Raises:
         InputError: a state or track that is not finite, impossible solids.
     """
-    _require_finite(states, tracks)
+    _require_finite(states)
+    if not np.isfinite(tracks).all():
+        raise InputError("track of the drone: expected finite poses")
     return _advance_many(states, start_time, tracks, solids, ticks=tracks.shape[1] - 1)
 
 
@@ -185,7 +187,9 @@ def _advance_many(
 ) -> tuple[Float[ndarray, "n ticks 9"], tuple[Contacts, ...]]:
     n, each = len(states), (solids,) if isinstance(solids, Solids) else tuple(solids)
     if len(each) not in (1, n) or len(tracks) != n:
-        raise InputError(f"{n} balls, {len(tracks)} tracks and {len(each)} solids: expected as many")
+        raise InputError(
+            f"{n} balls, {len(tracks)} tracks and {len(each)} solids: expected as many"
+        )
     paths, rows = np.empty((n, ticks, 9)), np.empty((n, MOST_CONTACTS, kernels.CONTACT_COLUMNS))
     counts = np.zeros(n, dtype=np.int64)
     kernels.advance_many(
@@ -211,7 +215,9 @@ def _over_court(
     return paths[0], contacts[0]
 
 
-def _require_finite(states: Float[ndarray, "*n 9"], tracks: Float[ndarray, "..."] | None = None) -> None:
+def _require_finite(
+    states: Float[ndarray, "*n 9"], tracks: Float[ndarray, "..."] | None = None
+) -> None:
     if not np.isfinite(states).all():
         raise InputError(f"ball {states}: expected finite position, velocity and spin")
     if tracks is not None and not np.isfinite(tracks).all():

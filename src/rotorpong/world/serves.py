@@ -9,6 +9,7 @@ solved exactly. Where two arcs do, the lower one is thrown. World frame.
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Literal
 
 import numpy as np
@@ -18,13 +19,13 @@ from numpy import ndarray
 from rotorpong.conventions import BALL_RADIUS, UnsolvableServeError
 from rotorpong.physics.ball import TABLE_SURFACE, Air, Ball, Surface
 from rotorpong.world import _serve_kernels
-from rotorpong.world.contact import COARSE_TICK, BallState, approach, state_of
+from rotorpong.world.contact import BallState, approach, state_of
 from rotorpong.world.racket import HOME_BLADE
 from rotorpong.world.solids import Solids, parameters
 
 PLANE_X = HOME_BLADE[0] + BALL_RADIUS  # where the ball's centre is when it touches the blade
 MOST_TRIES = 1000
-SCAN_STEP = 0.02  # s, of the flights that look for a launch
+LAUNCH_STEPS = (0.04, 0.01)  # s, of the flights that look for a launch and of those that aim it
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,9 +101,13 @@ def launch(
     """Return the launch velocity of the lower arc that obeys the rules; None if there is none."""
     state = np.concatenate([position, [-speed, 0.0, 0.0], spin])
     goal = np.array([HOME_BLADE[1] + target[0], HOME_BLADE[2] + target[1]])
-    steps = np.array([parameters(Solids(tick=tick)) for tick in (SCAN_STEP, COARSE_TICK)])
-    solved, vy, vz = _serve_kernels.solve(state, PLANE_X, goal, bounces, steps)
+    solved, vy, vz = _serve_kernels.solve(state, PLANE_X, goal, bounces, _launch_solids())
     return np.array([-speed, vy, vz]) if solved else None
+
+
+@cache
+def _launch_solids() -> Float[ndarray, "2 k"]:
+    return np.array([parameters(Solids(tick=tick)) for tick in LAUNCH_STEPS])
 
 
 def obeys_rules(serve: Serve, *, bounces: int = 1) -> bool:
