@@ -15,9 +15,10 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from rotorpong.conventions import Picture
+from rotorpong.conventions import InputError, Picture
 
 Outcome = Literal["hit", "hull", "fault", "near_hit", "unseen", "miss"]
+Box = tuple[int, int, int, int]  # x0, y0, x1, y1 in pixels, the last two exclusive
 OUTCOMES: tuple[Outcome, ...] = ("hit", "hull", "fault", "near_hit", "unseen", "miss")
 
 
@@ -44,6 +45,7 @@ class Frame:
     width: int
     height: int
     source: Callable[[], Picture]
+    box_source: Callable[[Box], Picture] | None = None  # makes a part without the rest
     _picture: Picture | None = field(default=None, repr=False)
 
     @property
@@ -52,6 +54,23 @@ class Frame:
         if self._picture is None:
             self._picture = self.source()
         return self._picture
+
+    def region(self, x0: int, y0: int, x1: int, y1: int) -> Picture:
+        """Return the picture's columns x0 to x1 and rows y0 to y1, both ends exclusive.
+
+        The same pixels as in the whole picture; where the source can, only they are made.
+
+        Raises:
+            InputError: the box is empty or reaches out of the picture.
+        """
+        if not (0 <= x0 < x1 <= self.width and 0 <= y0 < y1 <= self.height):
+            raise InputError(
+                f"region {(x0, y0, x1, y1)} was given; expected x0 < x1, y0 < y1 within a picture "
+                f"of {self.width} x {self.height} pixels"
+            )
+        if self._picture is None and self.box_source is not None:
+            return self.box_source((x0, y0, x1, y1))
+        return self.picture[y0:y1, x0:x1]
 
 
 @dataclass(frozen=True, slots=True)

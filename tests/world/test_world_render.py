@@ -68,13 +68,15 @@ def random_balls(camera, rng, count):
             yield center, pixels
 
 
+@pytest.mark.parametrize("instants", [1, 8])
 @CAMERAS
-def test_the_ball_covers_the_ellipse_that_opencv_projects(camera):
+def test_the_ball_covers_the_ellipse_that_opencv_projects(camera, instants):
     position, rotation = pose(camera, angles=(0.1, -0.2, 0.3))
     errors, offsets = [], []
     rows, columns = np.mgrid[: camera.height_px, : camera.width_px]
     for center, pixels in random_balls(camera, np.random.default_rng(0), 80):
-        coverage = ball_coverage(camera, position, rotation, position + rotation @ center)
+        ball = position + rotation @ center
+        coverage = ball_coverage(camera, position, rotation, ball, instants=instants)
         coverage = coverage.astype(float)
         area, centroid = area_and_centroid(pixels)
         errors.append(np.sqrt(4 * coverage.sum() / np.pi) - np.sqrt(4 * area / np.pi))
@@ -193,7 +195,7 @@ def test_the_table_hides_what_is_under_it():
 
 
 def test_a_picture_is_the_average_of_a_finer_one():
-    fine = 8
+    fine = 16
     finer = replace(
         TINY,
         width_px=TINY.width_px * fine,

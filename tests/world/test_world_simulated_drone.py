@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from rotorpong.conventions import BALL_RADIUS, GRAVITY, InputError
 from rotorpong.drone import HOVER, Drone, Eyes, Frame, Navdata, Referee, VelocityCommand
 from rotorpong.physics.ball import RUBBER, Air, Ball, bounce, fly
-from rotorpong.physics.camera import ARDRONE2_720P, GAZEBO, project
+from rotorpong.physics.camera import ARDRONE2_360P, ARDRONE2_720P, GAZEBO, ideal, project, row_time
 from rotorpong.physics.vehicle import NOISE_FREE_CASCADE, TUM_GAZEBO, TumGazebo
 from rotorpong.world.racket import HOME_BLADE, HOME_BODY, Racket
 from rotorpong.world.serves import HUMAN, PLANE_X, Serve, crossing, draw, draw_at
@@ -106,7 +106,7 @@ def test_it_is_a_drone_and_a_referee_and_truth_has_eyes():
 
 
 def test_frames_come_thirty_times_a_second_and_time_never_runs_back():
-    for setting in (REAL, replace(REAL, camera=ARDRONE2_720P)):
+    for setting in (REAL, replace(REAL, camera=ideal(ARDRONE2_720P))):
         for seed in range(5):
             seen = observed(drone(aimed(0.3, 0.1, seed), setting, seed=seed))
             times = np.array([o.frame_time for o in seen])
@@ -127,6 +127,81 @@ def test_the_camera_delay_differs_between_serves():
     first = [drone(aimed(0.3, 0.1), setting, seed=seed).observe() for seed in range(12)]
     delays = [o.arrival_time - o.frame_time for o in first if o is not None]
     assert max(delays) - min(delays) > 0.02
+
+
+def test_frames_are_late_by_jitter_and_lost_by_drops_within_four_sigma():
+    camera = replace(ideal(ARDRONE2_720P), jitter_s=0.010, drop_share=0.2)
+    late, lost, sent = [], 0, 0
+    for seed in range(25):
+        seen = observed(drone(aimed(0.3, 0.1, seed), replace(CALM, camera=camera), seed=seed))
+        times = np.array([o.frame_time for o in seen])
+        arrivals = np.array([o.arrival_time for o in seen])
+        assert np.all(np.diff(arrivals) > 0.0)
+        delays = arrivals - times
+        late.extend(delays - delays.min())
+        numbers = np.rint((times - times[0]) * 30.0)
+        sent += int(numbers[-1])
+        lost += int(numbers[-1]) + 1 - len(seen)
+        assert np.ptp(delays) < 0.0101
+    assert np.max(late) > 0.008
+    assert abs(lost - 0.2 * sent) < 4 * np.sqrt(0.16 * sent)
+
+
+def test_the_sensor_of_a_camera_leaves_the_flight_and_the_frame_times_of_a_steady_one():
+    full = replace(ARDRONE2_360P, jitter_s=0.0, drop_share=0.0)
+    one, other = (
+        observed(drone(aimed(0.3, 0.1), replace(REAL, camera=camera), seed=3), restless(3))
+        for camera in (full, ideal(full))
+    )
+    assert [o.frame_time for o in one] == [o.frame_time for o in other]
+    for a, b in zip(one, other, strict=True):
+        assert np.array_equal(a.navdata.attitude, b.navdata.attitude)
+
+
+def test_no_frame_arrives_before_its_last_row_is_exposed():
+    slow = replace(ARDRONE2_360P, delay_s=(0.0, 0.0), jitter_s=0.0)
+    for observation in observed(drone(aimed(0.3, 0.1), replace(CALM, camera=slow))):
+        end = row_time(slow, observation.frame_time, np.array([359.0]))[0] + slow.exposure_s / 2
+        assert observation.arrival_time >= end
+
+
+@pytest.mark.parametrize("camera", [GAZEBO, ARDRONE2_360P], ids=["gazebo", "ardrone2_360p"])
+def test_a_region_of_a_frame_is_a_crop_and_spares_the_rest(camera):
+    one, other = (
+        observed(drone(aimed(0.3, 0.1), replace(REAL, camera=camera), seed=1)) for _ in range(2)
+    )
+    for a, b in list(zip(one, other, strict=True))[5:8]:
+        part = a.frame.region(300, 100, 380, 190)
+        assert unrendered(a.frame)
+        assert np.array_equal(part, b.frame.picture[100:190, 300:380])
+
+
+def test_a_frame_of_a_full_sensor_can_be_looked_at_long_after():
+    live = drone(aimed(0.3, 0.1), replace(REAL, camera=ARDRONE2_360P), seed=1)
+    first = live.observe()
+    at_once = first.frame.picture
+    late = drone(aimed(0.3, 0.1), replace(REAL, camera=ARDRONE2_360P), seed=1)
+    frames = observed(late)
+    assert np.array_equal(frames[0].frame.picture, at_once)
+
+
+def test_a_stream_codes_what_the_camera_took():
+    camera = replace(ARDRONE2_360P, stream_mbit_s=1.0, drop_share=0.0)
+    plain = replace(camera, stream_mbit_s=0.0)
+    coded, taken = (
+        observed(drone(aimed(0.3, 0.1), replace(REAL, camera=c), seed=1)) for c in (camera, plain)
+    )
+    errors = [
+        a.frame.picture.astype(float) - b.frame.picture
+        for a, b in zip(coded[:4], taken[:4], strict=True)
+    ]
+    assert 0.5 < np.sqrt(np.mean(np.square(errors))) < 12.0
+    assert np.array_equal(coded[2].frame.region(5, 6, 70, 80), coded[2].frame.picture[6:80, 5:70])
+
+
+def test_a_camera_that_cannot_be_is_refused():
+    with pytest.raises(InputError, match="readout_s"):
+        drone(aimed(0.3, 0.1), replace(REAL, camera=replace(GAZEBO, readout_s=-0.01)))
 
 
 def test_a_frame_at_the_release_itself_comes_a_tick_later():
@@ -444,7 +519,7 @@ def test_truth_eyes_see_the_ball_where_it_is_in_the_axes_of_the_camera(camera, p
     assert 3 < sum(estimate is not None for _, estimate in answers) < len(answers)
 
 
-@pytest.mark.parametrize("camera", [GAZEBO, ARDRONE2_720P], ids=["gazebo", "ardrone2_720p"])
+@pytest.mark.parametrize("camera", [GAZEBO, ideal(ARDRONE2_720P)], ids=["gazebo", "ardrone2_720p"])
 def test_the_picture_shows_the_ball_where_truth_eyes_see_it(camera):
     flying = drone(aimed(0.1, 0.1), replace(REAL, camera=camera), seed=2)
     flying.command(VelocityCommand(left=0.5, yaw_rate=0.3))

@@ -6,17 +6,21 @@
 
 Camera frame: X right, Y down, Z depth. Pixel centres have whole coordinates, (0, 0) is the middle
 of the upper left pixel.
+
+The shutter rolls: row y of h is exposed around
+
+    t(y) = frame_time + ((y + 1/2) / h - 1/2) readout                      Eq. (row)
 """
 
 import functools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
-from rotorpong.conventions import CAMERA_FROM_BODY_AXES, Rotation, Vector3
+from rotorpong.conventions import CAMERA_FROM_BODY_AXES, InputError, Rotation, Vector3
 
 Pixels = Float[ndarray, "*batch 2"]
 Directions = Float[ndarray, "*batch 2"]  # X/Z, Y/Z: a ray of unit depth
@@ -24,6 +28,7 @@ Directions = Float[ndarray, "*batch 2"]  # X/Z, Y/Z: a ray of unit depth
 NO_DISTORTION = (0.0, 0.0, 0.0, 0.0, 0.0)
 UNDISTORTION_STEPS = 20
 UNDISTORTION_TOLERANCE = 1e-12
+LONGEST_DELAY = 10.0  # s
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +45,21 @@ class Camera:
     delay_s: tuple[float, float] = (0.0, 0.0)  # from exposure to arrival, drawn once per serve
     position_m: tuple[float, float, float] = (0.21, 0.0, 0.01)  # in the body frame
     camera_pitch_deg: float = 0.0  # upwards
+    readout_s: float = 0.0  # from the first row's exposure to one past the last's; 0: all at once
+    exposure_s: float = 0.0  # of each row
+    blur_px: float = 0.0  # sd of lens and demosaicing, cut off beyond the next pixel
+    shot_noise: float = 0.0  # variance per level of linear light (0 .. 255)
+    read_noise: float = 0.0  # sd, levels of linear light
+    gamma: float = 1.0  # level = 255 (light / 255)^(1 / gamma)
+    jitter_s: float = 0.0  # most that a frame arrives later than delay_s says, drawn per frame
+    drop_share: float = 0.0  # of frames that never arrive
+    stream_mbit_s: float = 0.0  # of H.264 that frames travel as; 0: as they are
+
+    @property
+    def is_ideal(self) -> bool:
+        """Whether frames are taken at an instant, without blur, noise or response."""
+        shutter = self.readout_s, self.exposure_s
+        return not any((*shutter, self.blur_px, self.shot_noise, self.read_noise, self.gamma - 1.0))
 
 
 GAZEBO = Camera("gazebo", 640, 360, (374.7, 374.7), (320.5, 180.5))
@@ -53,10 +73,114 @@ ARDRONE2_720P = Camera(
     (614.9, 380.3),
     distortion=(-0.50758, 0.24911, 0.000579, 0.000996, 0.0),
     delay_s=(0.075, 0.130),
+    readout_s=0.022,
+    exposure_s=0.006,
+    blur_px=0.6,
+    shot_noise=0.14,
+    read_noise=0.4,
+    gamma=2.2,
+    jitter_s=0.008,
+    drop_share=0.01,
 )
-"""AR.Drone 2.0 live at 720p: tum's 640x360 calibration times two."""
+"""AR.Drone 2.0 live at 720p: tum's 640x360 calibration (ost.ini) times two.
 
-CAMERAS = {camera.name: camera for camera in (GAZEBO, ARDRONE2_720P)}
+Its rolling shutter is known, its readout time is not: 15 to 30 ms are said. Exposure, blur, noise,
+jitter and drops are decisions: a bright hall, 3 levels of noise at middle grey as vision's
+measurements had it, a full well of 1,800 electrons; the response is that of every video camera.
+"""
+
+ARDRONE2_360P = replace(
+    ARDRONE2_720P,
+    name="ardrone2_360p",
+    width_px=640,
+    height_px=360,
+    focal_length_px=(561.999, 561.783),
+    center_px=(307.434, 190.144),
+    distortion=(-0.50758, 0.24911, 0.000579, 0.000996, 0.0),
+    blur_px=0.5,
+    shot_noise=0.07,  # four pixels of the chip each, less what the encoder costs
+    read_noise=0.3,
+)
+"""AR.Drone 2.0's default stream: tum's calibration (ost.ini) as it is."""
+
+CAMERAS = {camera.name: camera for camera in (GAZEBO, ARDRONE2_360P, ARDRONE2_720P)}
+
+CAMERA_RANGES = {  # what is not known of the AR.Drone's camera: least, most
+    "readout_s": (0.015, 0.030),
+    "exposure_s": (0.002, 0.012),
+    "blur_px": (0.4, 0.8),
+    "shot_noise": (0.05, 0.30),
+    "read_noise": (0.2, 1.0),
+    "gamma": (1.8, 2.4),
+    "jitter_s": (0.0, 0.015),
+    "drop_share": (0.0, 0.03),
+}
+
+LEAST_AND_MOST = {  # beyond them a camera is none
+    "frames_per_second": (1.0, 1000.0),
+    "camera_pitch_deg": (-90.0, 90.0),
+    "readout_s": (0.0, 0.1),
+    "exposure_s": (0.0, 0.1),
+    "blur_px": (0.0, 2.0),
+    "shot_noise": (0.0, 100.0),
+    "read_noise": (0.0, 100.0),
+    "gamma": (0.2, 5.0),
+    "jitter_s": (0.0, 1.0),
+    "drop_share": (0.0, 0.9),
+    "stream_mbit_s": (0.0, 100.0),
+}
+
+
+def require_camera(camera: Camera) -> Camera:
+    """Return the camera if it can be.
+
+    Raises:
+        InputError: a constant is not finite or beyond what any camera has.
+    """
+    for name, (least, most) in LEAST_AND_MOST.items():
+        value = getattr(camera, name)
+        if not least <= value <= most:
+            raise InputError(
+                f"camera {camera.name!r}: {name} is {value}; expected {least:g} to {most:g}"
+            )
+    low, high = camera.delay_s
+    if not 0.0 <= low <= high <= LONGEST_DELAY:
+        raise InputError(
+            f"camera {camera.name!r}: delay_s is {camera.delay_s}; expected least and most, "
+            f"0 to {LONGEST_DELAY:g}"
+        )
+    numbers = (*camera.focal_length_px, *camera.center_px, *camera.distortion, *camera.position_m)
+    if not np.all(np.isfinite(numbers)) or min(camera.focal_length_px) <= 0.0:
+        raise InputError(
+            f"camera {camera.name!r}: focal length {camera.focal_length_px}, centre "
+            f"{camera.center_px}, distortion {camera.distortion}, place {camera.position_m}; "
+            "expected finite numbers and a focal length above 0"
+        )
+    return camera
+
+
+def draw_camera(camera: Camera, rng: np.random.Generator) -> Camera:
+    """Return the camera with everything that is not known of its kind drawn from its range.
+
+    What the camera has not got (0, or gamma 1) it does not get.
+    """
+    drawn = {name: rng.uniform(*limits) for name, limits in CAMERA_RANGES.items()}
+    absent = {"gamma": 1.0}
+    had = {n: v for n, v in drawn.items() if getattr(camera, n) != absent.get(n, 0.0)}
+    return replace(camera, **had)
+
+
+def ideal(camera: Camera) -> Camera:
+    """Return the same lens at the same place with an ideal shutter and sensor; delay is kept."""
+    nothing = dict.fromkeys(CAMERA_RANGES, 0.0) | {"gamma": 1.0, "stream_mbit_s": 0.0}
+    return replace(camera, **nothing)
+
+
+def row_time(
+    camera: Camera, frame_time: float, rows: Float[ndarray, "*batch"]
+) -> Float[ndarray, "*batch"]:
+    """Return when rows were exposed (middle, s), by Eq. (row); rows may be between pixels."""
+    return frame_time + ((rows + 0.5) / camera.height_px - 0.5) * camera.readout_s
 
 
 def project(camera: Camera, points: Vector3) -> Pixels:

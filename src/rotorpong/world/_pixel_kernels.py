@@ -1,13 +1,16 @@
 """What every painted surface needs, compiled: spans, coverage, texture, colour.
 
-A picture is painted row by row, layer over layer, far to near, in single precision. A ray is
-p(t) = o + t d with d of unit depth in the camera frame, so t is depth. On a plane, what a pixel
-spans along an axis is taken as an interval, and its overlap with a line, a cord, a pane is a
-length: edges are covered without samples.
+A picture is painted in tiles, pieces of a row that fit the processor's first cache, layer over
+layer, far to near, in single precision. A ray is p(t) = o + t d with d of unit depth in the camera
+frame, so t is depth. On a plane, what a pixel spans along an axis is taken as an interval, and its
+overlap with a line, a cord, a pane is a length: edges are covered without samples.
 
-Loops that write one array without branches compile to vector instructions; several outputs or a
-branch in one loop do not, hence the many small loops. Indices that are handed on are numpy
-integers: numba compiles a kernel anew for every plain integer that it meets as a constant.
+All that is known of a tile lies in one flat array, one quantity after the other, at offsets that
+are constants of the compiler: it then knows that no two of them overlap, and a loop without
+branches becomes vector instructions however many of them it reads and writes. A part of a tile is
+a slice of that array. Found or not is collected with `|`, which vectorises where counting and
+comparing do not. Axes that are handed on are numpy integers: numba compiles a kernel anew for
+every plain integer that it meets as a constant.
 """
 
 import math
@@ -21,10 +24,19 @@ F = np.float32
 ZERO, QUARTER, HALF, ONE, TWO = F(0), F(0.25), F(0.5), F(1), F(2)
 TINY, FAR = F(1e-9), F(1e9)
 
-X, Y, Z, IX, IY, IZ, PITCH, WALL_T, WALL_Z = np.arange(9)  # rows of Row.ray
-RAY_ROWS, TILE = 9, 320
-T, U, V, SPAN_U, SPAN_V, SEEN, LIGHT, COVER = np.arange(8)  # rows of Row.work
-WORK_ROWS = 8
+TILE = 160  # pixels
+(
+    BLUE, GREEN, RED,  # the colour so far
+    X, Y, Z, IX, IY, IZ, PITCH,  # direction of the ray in the world, its inverse, pixel's angle
+    WALL_T, WALL_Z, SOFT,  # depth and height where the ray meets the nearest wall, pixel's width
+    NEAR, BEYOND,  # depths between which layers are laid
+    BALL_LIGHT, BALL_COVER,
+    TABLE_X, TABLE_Y, TABLE_LONG, TABLE_WIDE, TABLE_SEEN,
+    P, Q, FADE,  # place between texels, how much of the texture a pixel resolves
+    SEEN, LIGHT, COVER, TAPE_COVER, POST_COVER,
+    T, U, V, SPAN_U, SPAN_V,  # of the plane at hand: depth, place, what a pixel spans
+) = (TILE * row for row in range(35))  # fmt: skip
+TILE_SIZE = TILE * 35
 EYE, RIGHT, DOWN, FORWARD = range(4)  # rows of a view
 
 COLOURS = (
@@ -35,31 +47,19 @@ COLOURS = (
 
 LIMB_COLUMNS = 13  # start y z, run y z, 1/run^2, radius, its change, colour, tone, box y z w h
 TEXELS = 256
+PADDED = TEXELS + 1  # the first row and column again behind the last: no neighbour wraps
 TEXELS_PER_METRE, TEXEL = F(28), F(1 / 28)
+LAST_TEXEL, ROW_OF_TEXELS = np.int32(TEXELS - 1), np.int32(PADDED)
+NEXT, BELOW, BELOW_NEXT = np.uint32(1), np.uint32(PADDED), np.uint32(PADDED + 1)
 
 
 class Paint(NamedTuple):
     """What surfaces look like."""
 
     colours: np.ndarray  # (n, 3) float32: blue, green, red in 0 .. 255
-    texture: np.ndarray  # (TEXELS^2,) float32, mean 0: relative brightness
+    texture: np.ndarray  # (PADDED^2,) float32, mean 0: relative brightness
     figure: np.ndarray  # (n, LIMB_COLUMNS) float32: the opponent's limbs, back to front
     shadow: F  # of the ball on the table, 0 none .. 1 black
-
-
-class Row(NamedTuple):
-    """One row of n pixels on its way to the picture.
-
-    Layers go to `columns`, first and one past the last, where their depth is in (near, far).
-    """
-
-    colour: np.ndarray  # (3, n)
-    ray: np.ndarray  # (9, n): direction in the world, its inverse, pitch; depth, height at the wall
-    work: np.ndarray  # (8, n): of the layer at hand
-    near: np.ndarray  # (n,) depth
-    far: np.ndarray  # (n,) depth
-    ball: np.ndarray  # (2, n): light and coverage
-    columns: np.ndarray  # (2,) uint64: an index that may be negative would cost the vector code
 
 
 @kernel
@@ -104,95 +104,60 @@ def stripes(u, period, thickness, width):
 
 
 @kernel
-def grain(texture, u, v, width):
-    """Return the texture at (u, v) metres, interpolated; it fades where pixels outgrow it."""
-    u *= TEXELS_PER_METRE
-    v *= TEXELS_PER_METRE
-    low_u, low_v = np.floor(u), np.floor(v)
-    p, q = u - low_u, v - low_v
-    j, i = int(low_u) & (TEXELS - 1), (int(low_v) & (TEXELS - 1)) * TEXELS
-    m, k = (j + 1) & (TEXELS - 1), (i + TEXELS) & (TEXELS * TEXELS - 1)
-    upper = texture[i + j] + p * (texture[i + m] - texture[i + j])
-    lower = texture[k + j] + p * (texture[k + m] - texture[k + j])
-    return (upper + q * (lower - upper)) * min(TEXEL / max(width, TINY), ONE)
+def texel(u, v):
+    """Return the place in the texture of the upper left neighbour of (u, v), in texels."""
+    column, row = np.int32(np.floor(u)) & LAST_TEXEL, np.int32(np.floor(v)) & LAST_TEXEL
+    return np.int32(np.int32(row) * ROW_OF_TEXELS + column)
 
 
 @kernel
-def lay(pixels, i, colour, light, cover):
-    """Lay a colour under some light over a pixel, as far as it covers."""
-    for k in range(3):
-        pixels[k, i] = (ONE - cover) * pixels[k, i] + cover * (colour[k] * light)
+def grain(tile, texels, texture, n):
+    """Write the texture to LIGHT, interpolated between texels at P, Q, where it shows: FADE."""
+    for i in range(n):
+        k, p = np.uint32(texels[i]), tile[P + i]
+        upper = texture[k] + p * (texture[k + NEXT] - texture[k])
+        lower = texture[k + BELOW] + p * (texture[k + BELOW_NEXT] - texture[k + BELOW])
+        tile[LIGHT + i] = (upper + tile[Q + i] * (lower - upper)) * tile[FADE + i]
 
 
 @kernel
-def lay_row(row, colour):
-    """Lay a colour under the row's LIGHT over the columns, as far as COVER says."""
-    light, cover = row.work[LIGHT], row.work[COVER]
-    for k in range(3):
-        under, full = row.colour[k], colour[k]
-        for i in range(row.columns[0], row.columns[1]):
-            under[i] = (ONE - cover[i]) * under[i] + cover[i] * (full * light[i])
+def lay(tile, n, colour):
+    """Lay a colour under LIGHT over the tile, as far as COVER says."""
+    blue, green, red = colour[0], colour[1], colour[2]
+    for i in range(n):
+        light, cover = tile[LIGHT + i], tile[COVER + i]
+        under = ONE - cover
+        tile[BLUE + i] = under * tile[BLUE + i] + cover * (blue * light)
+        tile[GREEN + i] = under * tile[GREEN + i] + cover * (green * light)
+        tile[RED + i] = under * tile[RED + i] + cover * (red * light)
 
 
 @kernel
-def fill(row, out, value):
-    """Write one value to the columns."""
-    for i in range(row.columns[0], row.columns[1]):
-        out[i] = value
+def fill(tile, n, value):
+    """Write one value to the first n of a quantity."""
+    for i in range(n):
+        tile[i] = value
 
 
 @kernel
-def any_within(row, values, low, high):
-    """Tell whether a value in the columns lies within (low, high)."""
-    count = 0
-    for i in range(row.columns[0], row.columns[1]):
-        count += 1 if (values[i] > low) & (values[i] < high) else 0
-    return count > 0
-
-
-@kernel
-def follow(row, out, depth, direction, start):
-    """Write one coordinate of the points at `depth` along the rays."""
-    for i in range(row.columns[0], row.columns[1]):
-        out[i] = start + depth[i] * direction[i]
-
-
-@kernel
-def cross(row, view, normal, offset):
+def cross(tile, n, view, normal, offset):
     """Write where rays cross the plane at `offset` along the axis `normal`.
 
-    Depth goes to T, the coordinates along the next two axes (in cyclic order) to U and V.
+    Depth goes to T, the coordinates along the next two axes (in cyclic order) to U and V, what
+    pixels span along them to SPAN_U and SPAN_V.
     """
-    depth, inverse_direction = row.work[T], row.ray[IX + normal]
-    away, u, v = offset - view[EYE, normal], (normal + 1) % 3, (normal + 2) % 3
-    for i in range(row.columns[0], row.columns[1]):
-        depth[i] = away * inverse_direction[i]
-    follow(row, row.work[U], depth, row.ray[u], view[EYE, u])
-    follow(row, row.work[V], depth, row.ray[v], view[EYE, v])
-
-
-@kernel
-def spread(row, view, normal, bounded, limits):
-    """Write what pixels span along U and V of the plane crossed, and SEEN.
-
-    SEEN is 1 where the depth is in bounds and the row `bounded` of the work within limits, else 0.
-    """
-    depth, seen, value, (low, high) = row.work[T], row.work[SEEN], row.work[bounded], limits
-    spans(row, row.work[SPAN_U], view, ((normal + 1) % 3, normal))
-    spans(row, row.work[SPAN_V], view, ((normal + 2) % 3, normal))
-    for i in range(row.columns[0], row.columns[1]):
-        in_depth = (depth[i] > row.near[i]) & (depth[i] < row.far[i])
-        seen[i] = ONE if in_depth & (value[i] > low) & (value[i] < high) else ZERO
-
-
-@kernel
-def spans(row, out, view, axes):
-    """Write what pixels span along the first axis on a plane normal to the second."""
-    axis, normal = axes
-    direction, inverse_direction = row.ray[axis], row.ray[IX + normal]
-    right, down = view[RIGHT, axis], view[DOWN, axis]
-    right_normal, down_normal = view[RIGHT, normal], view[DOWN, normal]
-    depth, pitch = row.work[T], row.ray[PITCH]
-    for i in range(row.columns[0], row.columns[1]):
-        slope = direction[i] * inverse_direction[i]
-        out[i] = span(slope, right, down, right_normal, down_normal, depth[i] * pitch[i])
+    u, v = (normal + 1) % 3, (normal + 2) % 3
+    inverse_direction = tile[IX + TILE * normal :]
+    along_u, along_v = tile[X + TILE * u :], tile[X + TILE * v :]
+    away, start_u, start_v = offset - view[EYE, normal], view[EYE, u], view[EYE, v]
+    right_u, right_v, right_n = view[RIGHT, u], view[RIGHT, v], view[RIGHT, normal]
+    down_u, down_v, down_n = view[DOWN, u], view[DOWN, v], view[DOWN, normal]
+    for i in range(n):
+        t = away * inverse_direction[i]
+        tile[T + i] = t
+        tile[U + i] = start_u + t * along_u[i]
+        tile[V + i] = start_v + t * along_v[i]
+        slope_u, slope_v = along_u[i] * inverse_direction[i], along_v[i] * inverse_direction[i]
+        scale = t * tile[PITCH + i]
+        tile[SPAN_U + i] = span(slope_u, right_u, down_u, right_n, down_n, scale)
+        tile[SPAN_V + i] = span(slope_v, right_v, down_v, right_n, down_n, scale)

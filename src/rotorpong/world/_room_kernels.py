@@ -5,25 +5,32 @@ import numpy as np
 from rotorpong.kernels import kernel
 from rotorpong.world import court
 from rotorpong.world._pixel_kernels import (
+    BLUE,
     CEILING,
     COVER,
     DOWN,
     EYE,
-    FAR,
+    FADE,
     FLOOR,
+    GREEN,
     HALF,
-    IX,
     IY,
     LAMP,
     LIGHT,
     LINE,
     ONE,
     PITCH,
+    RED,
     RIGHT,
     SEAM,
     SEEN,
+    SOFT,
     SPAN_U,
     SPAN_V,
+    TAPE_COVER,
+    TEXEL,
+    TEXELS_PER_METRE,
+    TINY,
     TWO,
     WAINSCOT,
     WALL,
@@ -32,26 +39,25 @@ from rotorpong.world._pixel_kernels import (
     WINDOW,
     ZERO,
     F,
-    T,
+    P,
+    Q,
     U,
     V,
     X,
     Y,
-    Z,
     cross,
     fill,
-    follow,
     grain,
-    lay_row,
+    lay,
     overlap,
     span,
-    spread,
     step,
     stripes,
+    texel,
 )
 
 GROUND, ROOF = F(court.FLOOR_HEIGHT), F(court.CEILING_HEIGHT)
-BACK, FRONT, SIDE = F(court.ROOM_BACK), F(court.ROOM_FRONT), F(court.ROOM_HALF_WIDTH)
+SIDE = F(court.ROOM_HALF_WIDTH)
 LENGTH, WIDTH = F(court.TABLE_HALF_LENGTH), F(court.TABLE_HALF_WIDTH)
 
 WAINSCOT_TOP, RAIL_MIDDLE, RAIL_TOP = F(0.42), F(0.445), F(0.47)
@@ -62,154 +68,137 @@ ALONG, SHIFT = F(0.12), F(7.3)  # planks: grain stretched along x, shifted from 
 LAMP_PERIOD, LAMP_WIDTH, LAMP_LENGTH = F(2.0), F(0.35), F(1.2)
 SIDE_LIGHT, CORNER_LIGHT, CORNER_SLOPE, ALMOST = F(0.93), F(0.78), F(0.176), F(1e-4)
 RAMP_SLOPE, SHADE = F(1.43), F(0.35)
+UP = np.int64(2)  # axis
 
 
 @kernel
-def room(row, view, paint):
+def room(tile, n, texels, view, paint):
     """Paint walls, floor and ceiling."""
-    soft, depth, pitch = row.work[SPAN_U], row.ray[WALL_T], row.ray[PITCH]
-    for i in range(row.columns[0], row.columns[1]):
-        soft[i] = depth[i] * pitch[i]
-    low, high = any_near(row, -FAR, GROUND), any_near(row, ROOF, FAR)
-    if any_near(row, GROUND, ROOF):
-        walls(row, view, paint)
+    low, middle, high = False, False, False
+    for i in range(n):
+        height, soft = tile[WALL_Z + i], tile[SOFT + i]
+        low |= height < GROUND + soft
+        middle |= (height > GROUND - soft) & (height < ROOF + soft)
+        high |= height > ROOF - soft
+    if middle:
+        walls(tile, n, texels, view, paint)
     if low:
-        floor(row, view, paint)
+        floor(tile, n, texels, view, paint)
     if high:
-        ceiling(row, view, paint)
+        ceiling(tile, n, texels, view, paint)
 
 
 @kernel
-def any_near(row, low, high):
-    """Tell whether a pixel reaches into (low, high) on its wall."""
-    height, soft, count = row.ray[WALL_Z], row.work[SPAN_U], 0
-    for i in range(row.columns[0], row.columns[1]):
-        count += 1 if (height[i] > low - soft[i]) & (height[i] < high + soft[i]) else 0
-    return count > 0
-
-
-@kernel
-def meet_walls(row, view):
-    """Write the depth at which each ray meets the nearest wall."""
-    out, inverse_x, inverse_y = row.ray[WALL_T], row.ray[IX], row.ray[IY]
-    front, back = FRONT - view[EYE, X], BACK - view[EYE, X]
-    left, right = SIDE - view[EYE, Y], -SIDE - view[EYE, Y]
-    for i in range(row.columns[0], row.columns[1]):
-        tx = (front if inverse_x[i] > ZERO else back) * inverse_x[i]
-        ty = (left if inverse_y[i] > ZERO else right) * inverse_y[i]
-        out[i] = min(tx, ty)
-
-
-@kernel
-def walls(row, view, paint):
+def walls(tile, n, texels, view, paint):
     """Lay the four walls with wainscot, rail and windows; floor and ceiling cover the rest."""
-    along, soft, side, cover = row.work[U], row.work[SPAN_U], row.work[SEEN], row.work[COVER]
-    height, colours = row.ray[WALL_Z], paint.colours
-    wall_places(row, along, soft, view)
-    wall_light(row, paint.texture)
-    fill(row, cover, ONE)
-    lay_row(row, colours[WAINSCOT])
-    if any_near(row, RAIL_MIDDLE, ROOF):
-        for i in range(row.columns[0], row.columns[1]):
-            cover[i] = step(height[i] - RAIL_MIDDLE, soft[i])
-        lay_row(row, colours[WALL])
-    if any_near(row, WAINSCOT_TOP, RAIL_TOP):
-        for i in range(row.columns[0], row.columns[1]):
-            cover[i] = overlap(height[i], WAINSCOT_TOP, RAIL_TOP, soft[i])
-        lay_row(row, colours[LINE])
-    if any_near(row, WINDOW_LOW, WINDOW_HIGH):
-        panes(row, along, height, soft)
-        for i in range(row.columns[0], row.columns[1]):
-            row.work[LIGHT, i] = side[i]
-        lay_row(row, colours[WINDOW])
+    glazed = wall_places(tile, n, texels, view)
+    grain(tile, texels, paint.texture, n)
+    for i in range(n):
+        height, soft = tile[WALL_Z + i], tile[SPAN_U + i]
+        corner = min(CORNER_LIGHT + (height - GROUND) * CORNER_SLOPE, ONE)
+        tile[LIGHT + i] = tile[SEEN + i] * corner * (ONE + tile[LIGHT + i])
+        tile[COVER + i] = step(height - RAIL_MIDDLE, soft)
+        tile[TAPE_COVER + i] = overlap(height, WAINSCOT_TOP, RAIL_TOP, soft)
+    lay_walls(tile[BLUE:], tile, n, paint.colours[:, 0])
+    lay_walls(tile[GREEN:], tile, n, paint.colours[:, 1])
+    lay_walls(tile[RED:], tile, n, paint.colours[:, 2])
+    if glazed:
+        panes(tile, n)
+        lay(tile, n, paint.colours[WINDOW])
 
 
 @kernel
-def wall_places(row, along, soft, view):
-    """Write how far along its wall each ray ends, what a pixel spans there, the wall's light."""
-    ray, side = row.ray, row.work[SEEN]
-    depth, pitch = ray[WALL_T], ray[PITCH]
-    follow(row, along, depth, ray[X], view[EYE, X])
-    follow(row, soft, depth, ray[Y], view[EYE, Y])
-    for i in range(row.columns[0], row.columns[1]):
-        side[i] = SIDE_LIGHT if abs(soft[i]) > SIDE - ALMOST else ONE
-    for i in range(row.columns[0], row.columns[1]):
-        along[i] = along[i] + HALF if side[i] < ONE else soft[i]
-    x, iy, rx, dx = ray[X], ray[IY], view[RIGHT, X], view[DOWN, X]
-    ry, dy = view[RIGHT, Y], view[DOWN, Y]
-    for i in range(row.columns[0], row.columns[1]):
-        slanted = max(span(x[i] * iy[i], rx, dx, ry, dy, ONE), ONE)
-        soft[i] = depth[i] * pitch[i] * (slanted if side[i] < ONE else ONE)
+def wall_places(tile, n, texels, view):
+    """Write where each ray ends on its wall, what a pixel spans there, the wall's light.
+
+    Return whether a pixel may show a window.
+    """
+    eye_x, eye_y = view[EYE, 0], view[EYE, 1]
+    right_x, down_x, right_y, down_y = view[RIGHT, 0], view[DOWN, 0], view[RIGHT, 1], view[DOWN, 1]
+    glazed = False
+    for i in range(n):
+        x, y, depth, height = tile[X + i], tile[Y + i], tile[WALL_T + i], tile[WALL_Z + i]
+        across = eye_y + depth * y
+        is_side = abs(across) > SIDE - ALMOST
+        along = (eye_x + depth * x) + HALF if is_side else across
+        slanted = max(span(x * tile[IY + i], right_x, down_x, right_y, down_y, ONE), ONE)
+        soft = depth * tile[PITCH + i] * (slanted if is_side else ONE)
+        u, v = along * TEXELS_PER_METRE, height * TEXELS_PER_METRE
+        tile[P + i], tile[Q + i] = u - np.floor(u), v - np.floor(v)
+        texels[i] = texel(u, v)
+        tile[FADE + i] = min(TEXEL / max(soft, TINY), ONE)
+        tile[U + i], tile[SPAN_U + i] = along, soft
+        tile[SEEN + i] = SIDE_LIGHT if is_side else ONE
+        glazed |= (height > WINDOW_LOW - soft) & (height < WINDOW_HIGH + soft)
+    return glazed
 
 
 @kernel
-def wall_light(row, texture):
-    """Write the brightness of the walls: texture, and less light down where they meet the floor."""
-    along, soft, side = row.work[U], row.work[SPAN_U], row.work[SEEN]
-    out, height = row.work[LIGHT], row.ray[WALL_Z]
-    for i in range(row.columns[0], row.columns[1]):
-        out[i] = grain(texture, along[i], height[i], soft[i])
-    for i in range(row.columns[0], row.columns[1]):
-        corner = min(CORNER_LIGHT + (height[i] - GROUND) * CORNER_SLOPE, ONE)
-        out[i] = side[i] * corner * (ONE + out[i])
+def lay_walls(under, tile, n, colours):
+    """Lay wainscot, wall and rail in one colour channel."""
+    wainscot, wall, line = colours[WAINSCOT], colours[WALL], colours[LINE]
+    for i in range(n):
+        light, cover, rail = tile[LIGHT + i], tile[COVER + i], tile[TAPE_COVER + i]
+        colour = (ONE - cover) * (wainscot * light) + cover * (wall * light)
+        under[i] = (ONE - rail) * colour + rail * (line * light)
 
 
 @kernel
-def panes(row, along, height, soft):
-    """Write the coverage by window panes."""
-    out = row.work[COVER]
-    for i in range(row.columns[0], row.columns[1]):
-        sash = stripes(along[i], SASH_PERIOD, SASH, soft[i])
-        out[i] = stripes(along[i], WINDOW_PERIOD, WINDOW_WIDTH, soft[i]) * (ONE - sash)
-    for i in range(row.columns[0], row.columns[1]):
-        sash = stripes(height[i] - WINDOW_LOW, SASH_PERIOD, SASH, soft[i])
-        out[i] *= overlap(height[i], WINDOW_LOW, WINDOW_HIGH, soft[i]) * (ONE - sash)
+def panes(tile, n):
+    """Write coverage and light of window panes."""
+    for i in range(n):
+        along, height, soft = tile[U + i], tile[WALL_Z + i], tile[SPAN_U + i]
+        sash = stripes(along, SASH_PERIOD, SASH, soft)
+        cover = stripes(along, WINDOW_PERIOD, WINDOW_WIDTH, soft) * (ONE - sash)
+        sash = stripes(height - WINDOW_LOW, SASH_PERIOD, SASH, soft)
+        cover *= overlap(height, WINDOW_LOW, WINDOW_HIGH, soft) * (ONE - sash)
+        tile[COVER + i] = cover
+        tile[LIGHT + i] = tile[SEEN + i]
 
 
 @kernel
-def floor(row, view, paint):
+def floor(tile, n, texels, view, paint):
     """Lay a floor of planks along x, darker under the table."""
-    cross(row, view, Z, GROUND)
-    spread(row, view, Z, T, (ZERO, FAR))
-    x, y, wide = row.work[U], row.work[V], row.work[SPAN_V]
-    light, cover = row.work[LIGHT], row.work[COVER]
-    for i in range(row.columns[0], row.columns[1]):
-        plank = np.floor(y[i] * INVERSE_PLANK)
-        light[i] = grain(paint.texture, ALONG * x[i] + SHIFT * plank, y[i], wide[i])
-    for i in range(row.columns[0], row.columns[1]):
-        dark = ramp(LENGTH + SHADE - abs(x[i])) * ramp(WIDTH + SHADE - abs(y[i]))
-        light[i] = (ONE + TWO * light[i]) * (ONE - HALF * dark)
-    beyond_wall(row, -ONE, GROUND)
-    lay_row(row, paint.colours[FLOOR])
-    for i in range(row.columns[0], row.columns[1]):
-        cover[i] *= stripes(y[i], PLANK, GAP, wide[i])
-    lay_row(row, paint.colours[SEAM])
+    cross(tile, n, view, UP, GROUND)
+    for i in range(n):
+        y = tile[V + i]
+        u = (ALONG * tile[U + i] + SHIFT * np.floor(y * INVERSE_PLANK)) * TEXELS_PER_METRE
+        v = y * TEXELS_PER_METRE
+        tile[P + i], tile[Q + i] = u - np.floor(u), v - np.floor(v)
+        texels[i] = texel(u, v)
+        tile[FADE + i] = min(TEXEL / max(tile[SPAN_V + i], TINY), ONE)
+    grain(tile, texels, paint.texture, n)
+    for i in range(n):
+        x, y = tile[U + i], tile[V + i]
+        dark = ramp(LENGTH + SHADE - abs(x)) * ramp(WIDTH + SHADE - abs(y))
+        tile[LIGHT + i] = (ONE + TWO * tile[LIGHT + i]) * (ONE - HALF * dark)
+        tile[COVER + i] = step(-(tile[WALL_Z + i] - GROUND), tile[SOFT + i])
+    lay(tile, n, paint.colours[FLOOR])
+    for i in range(n):
+        tile[COVER + i] *= stripes(tile[V + i], PLANK, GAP, tile[SPAN_V + i])
+    lay(tile, n, paint.colours[SEAM])
 
 
 @kernel
-def ceiling(row, view, paint):
+def ceiling(tile, n, texels, view, paint):
     """Lay a ceiling with rows of lamps."""
-    cross(row, view, Z, ROOF)
-    spread(row, view, Z, T, (ZERO, FAR))
-    x, y, long, wide = row.work[U], row.work[V], row.work[SPAN_U], row.work[SPAN_V]
-    light, cover = row.work[LIGHT], row.work[COVER]
-    for i in range(row.columns[0], row.columns[1]):
-        light[i] = ONE + grain(paint.texture, x[i], y[i], max(long[i], wide[i]))
-    beyond_wall(row, ONE, ROOF)
-    lay_row(row, paint.colours[CEILING])
-    for i in range(row.columns[0], row.columns[1]):
-        lamp = stripes(x[i], LAMP_PERIOD, LAMP_LENGTH, long[i])
-        cover[i] *= lamp * stripes(y[i], LAMP_PERIOD, LAMP_WIDTH, wide[i])
-    fill(row, light, ONE)
-    lay_row(row, paint.colours[LAMP])
-
-
-@kernel
-def beyond_wall(row, sign, level):
-    """Write to COVER the share of pixels whose ray meets a level plane before any wall."""
-    cover, height, depth, pitch = row.work[COVER], row.ray[WALL_Z], row.ray[WALL_T], row.ray[PITCH]
-    for i in range(row.columns[0], row.columns[1]):
-        cover[i] = step(sign * (height[i] - level), depth[i] * pitch[i])
+    cross(tile, n, view, UP, ROOF)
+    for i in range(n):
+        u, v = tile[U + i] * TEXELS_PER_METRE, tile[V + i] * TEXELS_PER_METRE
+        tile[P + i], tile[Q + i] = u - np.floor(u), v - np.floor(v)
+        texels[i] = texel(u, v)
+        widest = max(tile[SPAN_U + i], tile[SPAN_V + i])
+        tile[FADE + i] = min(TEXEL / max(widest, TINY), ONE)
+    grain(tile, texels, paint.texture, n)
+    for i in range(n):
+        tile[LIGHT + i] = ONE + tile[LIGHT + i]
+        tile[COVER + i] = step(tile[WALL_Z + i] - ROOF, tile[SOFT + i])
+    lay(tile, n, paint.colours[CEILING])
+    for i in range(n):
+        lamp = stripes(tile[U + i], LAMP_PERIOD, LAMP_LENGTH, tile[SPAN_U + i])
+        tile[COVER + i] *= lamp * stripes(tile[V + i], LAMP_PERIOD, LAMP_WIDTH, tile[SPAN_V + i])
+    fill(tile[LIGHT:], n, ONE)
+    lay(tile, n, paint.colours[LAMP])
 
 
 @kernel

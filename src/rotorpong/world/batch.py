@@ -26,6 +26,7 @@ from rotorpong.world.contact import (
     sizes_of,
     state_of,
 )
+from rotorpong.world.frames import is_regular, most_frames, schedule
 from rotorpong.world.judging import ENDINGS, LONGEST_SERVE, judge, landing_of
 from rotorpong.world.racket import HOME_BODY
 from rotorpong.world.render import render
@@ -83,7 +84,6 @@ class ServeBatch:
             raise InputError("a batch of 0 serves: expected at least 1")
         n = len(casts)
         self.setting, self._racket = setting, setting.racket
-        self._period = 1.0 / (setting.camera.frames_per_second * TICK)  # ticks
         self._limits = setting.vehicle.limits
         self._solids = Solids(racket=setting.racket)
         self._sizes = sizes_of(setting.racket)
@@ -96,7 +96,7 @@ class ServeBatch:
         )
         self._codes, self._deciding = np.zeros(n, np.int64), np.empty((n, CONTACT_COLUMNS))
         self._contacts: list[list[Float[ndarray, "_"]]] = [[] for _ in casts]
-        self._phases, self._delays = np.empty(n), np.empty(n, np.int64)
+        self._schedules = np.zeros((2, n, most_frames(setting.camera)), np.int64)
         self._frames = np.zeros(n, np.int64)
         self._commands, self._are_new = np.zeros((n, 4)), np.ones(n, bool)
         self._touched = np.empty((n, MOST_CONTACTS, CONTACT_COLUMNS))
@@ -141,12 +141,12 @@ class ServeBatch:
         """Let every row that is not over run until its next frame arrives, or its serve is over."""
         rows = np.flatnonzero(self._codes == rules.PLAYING)
         clocks = self._logs[2]
-        exposures = np.rint(self._phases[rows] + self._frames[rows] * self._period)
-        exposures = np.maximum(exposures, 1.0).astype(np.int64)
+        exposures, arrivals = self._schedules[:, rows, self._frames[rows]]
         self._frames[rows] += 1
         clocks[rows, kernels.EXPOSED] = exposures
-        goals = np.minimum(exposures + self._delays[rows], LONGEST_SERVE)
-        legs = 2 * (goals - clocks[rows, kernels.FLOWN]) + self._are_new[rows]
+        flown = clocks[rows, kernels.FLOWN]
+        goals = np.minimum(np.maximum(arrivals, flown + 1), LONGEST_SERVE)
+        legs = 2 * (goals - flown) + self._are_new[rows]
         self._are_new[rows] = False
         if len(rows) == 1:
             self._leg(rows, int(legs[0]))
@@ -177,11 +177,11 @@ class ServeBatch:
         return np.where(np.abs(lags) <= rules.LONGEST_LAG, lags * TICK, np.nan)
 
     def picture(self, row: int) -> Picture:
-        """Return the last frame of a row, as the onboard camera shows it."""
+        """Return the last frame of a row, sharp: without the camera's blur and noise."""
         balls, poses, clocks = self._logs
         exposed = min(clocks[row, kernels.EXPOSED], clocks[row, kernels.FLOWN])
         camera = self.setting.camera
-        eye, axes = eye_of(poses[row, exposed], camera)
+        eye, axes = eye_of(camera, poses[row, exposed])
         return render(camera, eye, axes, balls[row, exposed, :3].copy(), self.setting.scene)
 
     def truth(self, row: int) -> Truth:
@@ -214,8 +214,12 @@ class ServeBatch:
         vehicle, camera = self.setting.vehicle, self.setting.camera
         state = vehicle.start(np.array(HOME_BODY), cast.vehicle_rng)
         draw_sensors(vehicle.sensor_noise, cast.sensor_rng)  # as SimulatedDrone: the phase is next
-        self._phases[row] = cast.sensor_rng.uniform(0.0, self._period)
-        self._delays[row] = round(cast.sensor_rng.uniform(*camera.delay_s) / TICK)
+        camera_rng = None
+        if not is_regular(camera):
+            camera_rng = cast.sensor_rng.spawn(1)[0]
+            camera_rng.integers(2**62)  # the key of the pictures' noise
+        for kind, ticks in enumerate(schedule(camera, cast.sensor_rng, camera_rng)):
+            self._schedules[kind, row, : len(ticks)] = ticks
         self._frames[row], self._codes[row] = 0, rules.PLAYING
         self._commands[row], self._are_new[row] = 0.0, True
         self._judged[:, row] = np.nan

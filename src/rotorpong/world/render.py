@@ -5,7 +5,7 @@ undistorted directions, so that lens distortion is exact and free. Planes (table
 answer with closed-form coverage of the pixel's footprint; the ball answers with
 (d.c)^2 >= |d|^2 (|c|^2 - r^2) on 6 x 6 rays per pixel of its outline, which puts its centre within
 0.02 px (4 x 4, the design's number, leave 0.025 px). Colours are blue, green, red sensor values and
-mix linearly: noise, blur, shutter and gamma belong to the sensor.
+mix linearly: noise, blur, shutter and gamma are those of `exposure`.
 
 The vehicle itself is outside its camera's view. The opponent is a flat figure at x = 2.9 m, for
 eyes on the near side of it. A ball that touches the camera's centre is not drawn.
@@ -15,7 +15,7 @@ import functools
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Float32
+from jaxtyping import Float, Float32, Int32
 from numpy import ndarray
 
 from rotorpong.conventions import InputError, Picture
@@ -23,14 +23,18 @@ from rotorpong.physics.camera import Camera, pixel_directions
 from rotorpong.world._pixel_kernels import (
     COLOURS,
     LIMB_COLUMNS,
-    RAY_ROWS,
     TEXELS,
     TILE,
-    WORK_ROWS,
+    TILE_SIZE,
     Paint,
-    Row,
 )
-from rotorpong.world._render_kernels import cover_rows, paint_rows
+from rotorpong.world._render_kernels import (
+    TRACK_COLUMNS,
+    Moment,
+    Shutter,
+    cover_rows,
+    paint_rows,
+)
 
 Colour = tuple[float, float, float]  # blue, green, red in 0 .. 255
 Region = tuple[int, int, int, int]  # x0, y0, x1, y1 in pixels, the last two exclusive
@@ -117,14 +121,13 @@ def render(
         InputError: a pose is not finite or no rotation, the camera is smaller than 2 x 2 pixels,
             or the region is empty or reaches out of the picture.
     """
-    rays = _rays_at_door(camera)
-    _check_pose(camera_position, world_from_camera, ball_position)
-    x0, y0, x1, y1 = _region_at_door(camera, region)
-    picture = np.empty((y1 - y0, x1 - x0, 3), np.uint8)
-    position, rotation, ball = _doubles(camera_position, world_from_camera, ball_position)
-    pose = position, rotation, np.empty((4, 3), np.float32)
-    paint_rows(picture, rays, (x0, y0), pose, ball, _paint(scene), _blank_row())
-    return picture
+    rays = rays_at_door(camera)
+    check_pose(camera_position, world_from_camera, ball_position)
+    x0, y0, x1, y1 = region_at_door(camera, region)
+    picture = np.empty((y1 - y0, 3 * (x1 - x0)), np.uint8)
+    shutter = still(camera_position, world_from_camera, ball_position)
+    paint_rows(picture, rays, (x0, y0), shutter, blank_moment(1), paint_of(scene), blank_tile())
+    return picture.reshape(y1 - y0, x1 - x0, 3)
 
 
 def ball_coverage(
@@ -132,31 +135,49 @@ def ball_coverage(
     camera_position: Float[ndarray, "3"],
     world_from_camera: Float[ndarray, "3 3"],
     ball_position: Float[ndarray, "3"],
+    *,
+    instants: int = 1,
 ) -> Float32[ndarray, "height width"]:
     """Return which share of each pixel the ball covers, as if nothing stood before it.
+
+    Args:
+        camera: intrinsics and distortion.
+        camera_position: m, world.
+        world_from_camera: rotation that takes camera axes to the world.
+        ball_position: centre of the ball, m, world.
+        instants: how often it is sampled, as in an exposure, with fewer rays each.
 
     Raises:
         InputError: as for `render`.
     """
-    rays = _rays_at_door(camera)
-    _check_pose(camera_position, world_from_camera, ball_position)
+    rays = rays_at_door(camera)
+    check_pose(camera_position, world_from_camera, ball_position)
     coverage = np.zeros((camera.height_px, camera.width_px), np.float32)
-    position, rotation, ball = _doubles(camera_position, world_from_camera, ball_position)
-    cover_rows(coverage, rays, position, rotation, ball)
+    shutter = still(camera_position, world_from_camera, ball_position)
+    cover_rows(coverage, rays, shutter, blank_moment(instants))
     return coverage
 
 
-def _blank_row() -> Row:
-    colour, ray, work, ball = (np.empty((n, TILE), np.float32) for n in (3, RAY_ROWS, WORK_ROWS, 2))
-    near, far = np.empty((2, TILE), np.float32)
-    return Row(colour, ray, work, near, far, ball, np.zeros(2, np.uint64))
+def still(position: ndarray, rotation: ndarray, ball: ndarray) -> Shutter:
+    """Return a shutter before which nothing moves."""
+    row = np.concatenate([position, rotation.ravel(), ball]).astype(np.float64)
+    return Shutter(row.reshape(1, TRACK_COLUMNS), 0.0, 0.0, 0.0)
 
 
-def _doubles(*arrays: ndarray) -> tuple[ndarray, ...]:
-    return tuple(np.ascontiguousarray(array, dtype=np.float64) for array in arrays)
+def blank_moment(instants: int) -> Moment:
+    """Return the kernels' record of what a row sees, to be written."""
+    pose, light = np.zeros(TRACK_COLUMNS), np.zeros(3)
+    view, box = np.zeros((4, 3), np.float32), np.zeros(4, np.float32)
+    return Moment(pose, view, np.zeros((instants, 3)), light, box)
 
 
-def _rays_at_door(camera: Camera) -> Float32[ndarray, "3 height width"]:
+def blank_tile() -> tuple[Float32[ndarray, "size"], Int32[ndarray, "pixels"]]:
+    """Return the kernels' room for a tile: its quantities, its places in the texture."""
+    return np.zeros(TILE_SIZE, np.float32), np.zeros(TILE, np.int32)
+
+
+def rays_at_door(camera: Camera) -> Float32[ndarray, "3 height width"]:
+    """Return X/Z, Y/Z and pitch of every pixel, once it is sure that the camera has pixels."""
     if camera.width_px < 2 or camera.height_px < 2:
         raise InputError(
             f"a picture of {camera.width_px} x {camera.height_px} pixels was asked for; "
@@ -179,11 +200,15 @@ def _rays(camera: Camera) -> Float32[ndarray, "3 height width"]:
 
 
 @functools.lru_cache(maxsize=8)
-def _paint(scene: Scene) -> Paint:
-    colours = [getattr(scene, name) for name in COLOURS]
+def paint_of(scene: Scene, gamma: float = 1.0) -> Paint:
+    """Return what the kernels need of a scene, in light that is linear for a camera of `gamma`."""
+    colours = np.array([getattr(scene, name) for name in COLOURS], np.float32)
+    if gamma != 1.0:
+        colours = (255.0 * (colours / 255.0) ** gamma).astype(np.float32)
+    texture = np.pad(_texture(scene.texture_seed), (0, 1), mode="wrap")
     return Paint(
-        np.array(colours, np.float32) * np.float32(scene.brightness),
-        _texture(scene.texture_seed).ravel() * np.float32(scene.texture_contrast),
+        colours * np.float32(scene.brightness),
+        texture.ravel() * np.float32(scene.texture_contrast),
         _figure() if scene.opponent else np.zeros((0, LIMB_COLUMNS), np.float32),
         np.float32(scene.ball_shadow),
     )
@@ -211,7 +236,8 @@ def _figure() -> Float32[ndarray, "limbs columns"]:
     return np.array(rows, np.float32)
 
 
-def _check_pose(position: ndarray, rotation: ndarray, ball: ndarray) -> None:
+def check_pose(position: ndarray, rotation: ndarray, ball: ndarray) -> None:
+    """Raise InputError unless these are two points and a rotation."""
     for name, array, shape in (
         ("camera position", position, (3,)),
         ("rotation of the camera", rotation, (3, 3)),
@@ -224,7 +250,8 @@ def _check_pose(position: ndarray, rotation: ndarray, ball: ndarray) -> None:
         raise InputError(f"{rotation.tolist()} is no rotation: its rows are not right-handed axes")
 
 
-def _region_at_door(camera: Camera, region: Region | None) -> Region:
+def region_at_door(camera: Camera, region: Region | None) -> Region:
+    """Return the region, the whole picture if there is none, or raise InputError."""
     width, height = camera.width_px, camera.height_px
     if region is None:
         return 0, 0, width, height

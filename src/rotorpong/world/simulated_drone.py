@@ -6,16 +6,17 @@ under its command, then the ball among court and vehicle. When the serve is over
 it, is told by `judging`. What a player gets is an Observation; `truth` is for the laboratory.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import astuple, dataclass, fields
 
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from rotorpong.conventions import InputError
+from rotorpong.conventions import InputError, Picture
 from rotorpong.drone import (
     HOVER,
+    Box,
     Frame,
     Navdata,
     Observation,
@@ -24,7 +25,7 @@ from rotorpong.drone import (
     Verdict,
 )
 from rotorpong.geometry import rotation_from_quaternion
-from rotorpong.physics.camera import Camera, camera_from_body
+from rotorpong.physics.camera import Camera, camera_from_body, require_camera
 from rotorpong.physics.vehicle import Vehicle
 from rotorpong.world.contact import (
     TICK,
@@ -33,11 +34,14 @@ from rotorpong.world.contact import (
     advance,
     state_of,
 )
+from rotorpong.world.exposure import Motion, expose
+from rotorpong.world.frames import half_exposure, schedule
 from rotorpong.world.judging import LONGEST_SERVE, ending, judge, landing_of
 from rotorpong.world.racket import HOME_BODY, Racket
 from rotorpong.world.render import Scene, render
 from rotorpong.world.sensors import draw_sensors, read
 from rotorpong.world.serves import Serve
+from rotorpong.world.stream import Stream
 
 CARDBOARD_RACKET = Racket()
 PLAIN_SCENE = Scene()
@@ -93,13 +97,16 @@ class SimulatedDrone:
         """
         self._setting = setting
         self._serve = serve
+        camera = require_camera(setting.camera)
         self._solids = Solids(air=serve.air, table=serve.table, racket=setting.racket)
         self._log = _Log(serve)
         self._vehicle_state = setting.vehicle.start(np.array(HOME_BODY), vehicle_rng)
         self._sensors = draw_sensors(setting.vehicle.sensor_noise, sensor_rng)
-        self._period = 1.0 / (setting.camera.frames_per_second * TICK)  # ticks
-        self._phase = sensor_rng.uniform(0.0, self._period)
-        self._delay = round(sensor_rng.uniform(*setting.camera.delay_s) / TICK)
+        camera_rng = sensor_rng.spawn(1)[0]  # noise, jitter, drops: leaves the rest as it was
+        self._noise_key = int(camera_rng.integers(2**62))
+        self._exposures, self._arrivals = schedule(camera, sensor_rng, camera_rng)
+        self._half = half_exposure(camera)
+        self._stream = Stream(camera) if camera.stream_mbit_s > 0.0 else None
         self._frame = 0
         self._command, self._new_command = HOVER, True
         self._tape = [(round(time / TICK), velocity) for time, velocity in tape]
@@ -110,10 +117,9 @@ class SimulatedDrone:
         """Let the world run until the next frame arrives; `None` when the serve is over."""
         if self._end is not None:
             return None
-        exposure = max(1, round(self._phase + self._frame * self._period))  # after the release
+        exposure, arrival = int(self._exposures[self._frame]), int(self._arrivals[self._frame])
         self._frame += 1
-        start = self._log.ticks
-        navdata = self._run(exposure + self._delay - start)
+        navdata = self._run(max(arrival - self._log.ticks, 1))
         if self._end is not None:
             self.last_navdata = navdata
             return None
@@ -164,7 +170,7 @@ class SimulatedDrone:
     def truth(self) -> Truth:
         """Return what really happened, playing the serve to its end if it is not over."""
         while self._end is None:
-            self._run(round(self._period))
+            self._run(round(1.0 / (self.camera.frames_per_second * TICK)))
         outcome, contact = self._end
         log, racket = self._log, self._setting.racket
         balls, track = log.ball[: log.ticks + 1], log.track[: log.ticks + 1]
@@ -214,23 +220,36 @@ class SimulatedDrone:
         if self._setting.blackout:
             shape = (camera.height_px, camera.width_px, 3)
             return Frame(camera.width_px, camera.height_px, lambda: np.zeros(shape, np.uint8))
+        make = self._sharp(tick) if camera.is_ideal else self._exposed(tick)
+        if self._stream is not None:
+            return Frame(camera.width_px, camera.height_px, self._stream.send(lambda: make(None)))
+        return Frame(camera.width_px, camera.height_px, lambda: make(None), make)
+
+    def _sharp(self, tick: int) -> Callable[[Box | None], Picture]:
+        camera, scene = self.camera, self._setting.scene
         eye, axes = self._eye(tick)
-        ball, scene = self._log.ball[tick, :3].copy(), self._setting.scene
-        return Frame(
-            camera.width_px, camera.height_px, lambda: render(camera, eye, axes, ball, scene)
-        )
+        ball = self._log.ball[tick, :3].copy()
+        return lambda box: render(camera, eye, axes, ball, scene, region=box)
+
+    def _exposed(self, tick: int) -> Callable[[Box | None], Picture]:
+        camera, scene, log = self.camera, self._setting.scene, self._log
+        first, last = max(tick - self._half, 0), min(tick + self._half, log.ticks)
+        eyes, axes = eye_of(camera, log.track[first : last + 1])
+        balls = log.ball[first : last + 1, :3].copy()
+        motion = Motion(first * TICK, TICK, eyes, axes, balls)
+        key = (self._noise_key, tick)
+        return lambda box: expose(camera, motion, tick * TICK, scene, key=key, region=box)
 
     def _eye(self, tick: int) -> tuple[Float[ndarray, "3"], Float[ndarray, "3 3"]]:
-        return eye_of(self._log.track[tick], self.camera)
+        return eye_of(self.camera, self._log.track[tick])
 
 
 def eye_of(
-    pose: Float[ndarray, "7"], camera: Camera
-) -> tuple[Float[ndarray, "3"], Float[ndarray, "3 3"]]:
-    """Return where the camera of a drone is, world, and `world_from_camera`."""
-    position, quaternion = np.split(pose, [3])
-    world_from_body = rotation_from_quaternion(quaternion)
-    eye = position + world_from_body @ np.array(camera.position_m)
+    camera: Camera, pose: Float[ndarray, "*n 7"]
+) -> tuple[Float[ndarray, "*n 3"], Float[ndarray, "*n 3 3"]]:
+    """Return where the camera is and its axes in the world, of body position and quaternion."""
+    world_from_body = rotation_from_quaternion(pose[..., 3:])
+    eye = pose[..., :3] + world_from_body @ np.array(camera.position_m)
     return eye, world_from_body @ camera_from_body(camera).T
 
 
