@@ -1,7 +1,7 @@
 """Learn `rotorpong/Intercept-v0` from nothing by an evolution strategy, in plain numpy.
 
-    python examples/train_intercept.py                        # a few generations: 30 s at most
-    python examples/train_intercept.py --generations 60 --out DIR      # the whole curve
+    python examples/train_intercept.py                # a few generations: 30 s at most
+    python examples/train_intercept.py --full --out DIR      # the curve of the documentation
 
 The policy is one linear layer and a tanh on eight numbers that are worked out from the observation:
 how far to the left and up the ball will pass the blade, by a straight line and by gravity with one
@@ -33,6 +33,7 @@ FEATURES, OUTPUTS = 8, 3  # forward, left, up; it never turns
 SHAPING = 0.5
 FIRST_STEP = 0.5  # of the weights
 MOST_FRAMES = 100  # of a serve
+FULL = {"generations": 16, "population": 12, "balls": 16, "test_balls": 1000, "every": 1}
 
 Point = dict[str, Any]
 
@@ -159,10 +160,10 @@ def tested(
     weights = np.tile(flat.reshape(1, OUTPUTS, FEATURES), (balls, 1, 1))
     _, hit = play(environments, weights, list(range(balls)), 0)
     low, high = wilson_interval(int(hit.sum()), balls)
-    print(f"generation {generation:3d}  {trained:6d} serves  {hit.mean():6.1%} hit", flush=True)
+    print(f"generation {generation:3d}  {trained:6d} trials  {hit.mean():6.1%} hit", flush=True)
     return {
         "generation": generation,
-        "serves_trained_on": trained,
+        "trials_trained_on": trained,
         "hits": int(hit.sum()),
         "balls": balls,
         "hit_rate": float(hit.mean()),
@@ -172,13 +173,13 @@ def tested(
 
 def draw(curve: list[Point], path: Path) -> None:
     """Draw the learning curve with Wilson's 95 % intervals."""
-    serves = [point["serves_trained_on"] for point in curve]
+    trials = [point["trials_trained_on"] for point in curve]
     low, high = np.array([point["hit_rate_interval"] for point in curve]).T
     figure, axes = plt.subplots(figsize=(6.4, 3.6), layout="constrained")
-    axes.fill_between(serves, 100 * low, 100 * high, alpha=0.25, linewidth=0)
-    axes.plot(serves, [100 * point["hit_rate"] for point in curve], marker=".")
+    axes.fill_between(trials, 100 * low, 100 * high, alpha=0.25, linewidth=0)
+    axes.plot(trials, [100 * point["hit_rate"] for point in curve], marker=".")
     axes.set(
-        xlabel="serves trained on",
+        xlabel="trials flown in training",
         ylabel=f"hit, % of {curve[0]['balls']} other serves",
         ylim=(0, 100),
         title="rotorpong/Intercept-v0: CMA-ES, 24 weights, from zero",
@@ -196,13 +197,16 @@ def main() -> None:
     parser.add_argument("--test-balls", type=int, default=100)
     parser.add_argument("--every", type=int, default=2, help="generations between two tests")
     parser.add_argument("--out", type=Path)
+    parser.add_argument("--full", action="store_true", help="as in the documentation: minutes")
     told = parser.parse_args()
+    if told.full:
+        vars(told).update(FULL)
     curve, weights = learn(
         told.generations, told.population, told.balls, told.test_balls, told.every
     )
     if told.out is not None:
         told.out.mkdir(parents=True, exist_ok=True)
-        setting = {name: value for name, value in vars(told).items() if name != "out"}
+        setting = {name: value for name, value in vars(told).items() if name in FULL}
         result = {"setting": setting, "curve": curve, "weights": weights.tolist()}
         (told.out / "intercept_es.json").write_text(json.dumps(result, indent=1) + "\n")
         draw(curve, told.out / "intercept_es.png")

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import warnings
+from dataclasses import replace
 
 import gymnasium
 import numpy as np
@@ -12,6 +13,7 @@ from gymnasium.vector import AutoresetMode
 
 from rotorpong.conventions import InputError
 from rotorpong.drone import VelocityCommand
+from rotorpong.lab.environments.arena import Place, arena
 from rotorpong.lab.environments.intercept import reward_of
 from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec
@@ -210,6 +212,19 @@ def test_nothing_is_worth_as_much_as_a_hit():
         worth = [reward_of(outcome, miss, 0.9) for miss in (0.0, 0.05, 0.5)]
         assert 1.0 > worth[0] > worth[1] > worth[2] > 0.0
         assert reward_of(outcome, 0.0, 0.0) == 0.0
+
+
+def test_what_is_reachable_is_told_by_whoever_can_tell():
+    game = arena("tum_gazebo", "gazebo", "human", "cardboard", purpose="evaluate")
+    assert game.reachable(Place(3, 1)) is None
+    released = []
+
+    def soon(drone):
+        released.append(drone.truth().ball_path[0])
+        return True
+
+    assert replace(game, reach=soon).reachable(Place(3, 1)) is True
+    assert np.array_equal(released[0], game.cast(3, 1).serve.ball.position)
 
 
 def test_importing_the_package_registers_the_environments_and_loads_nothing_heavy():

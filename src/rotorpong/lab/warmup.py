@@ -12,9 +12,10 @@ from rotorpong.physics.ardrone2 import ARDRONE2
 from rotorpong.physics.ball import TABLE_SURFACE, Air, Ball, bounce, fly
 from rotorpong.physics.vehicle import Vehicle
 from rotorpong.primitives import Dmp, State
+from rotorpong.world.batch import Cast, ServeBatch
 from rotorpong.world.sensors import draw_sensors, read
-from rotorpong.world.serves import crossing
-from rotorpong.world.simulated_drone import SimulatedDrone
+from rotorpong.world.serves import Serve, crossing
+from rotorpong.world.simulated_drone import Setting, SimulatedDrone
 
 Step = Callable[[int, int], None]
 STEPS = 4
@@ -40,6 +41,7 @@ def warm_up(progress: Step | None = None) -> None:
     observation = drone.observe()
     drone.command(HOVER)
     drone.truth()
+    play_once(serve, spec.setting())
     tell(2, STEPS)
     if observation is not None:
         spec.make_eyes(drone).see(observation)
@@ -56,6 +58,15 @@ def fly_once(vehicle: Vehicle, rng: np.random.Generator) -> None:
     state = vehicle.start(np.zeros(3), rng)
     _, track = vehicle.advance(state, np.zeros(4), ticks=10, new_command=True)
     read(draw_sensors(vehicle.sensor_noise, rng), track, 0)
+
+
+def play_once(serve: Serve, setting: Setting) -> None:
+    """Play a batch of one serve to its end."""
+    generators = trial_generators(0, "evaluate", 0)
+    batch = ServeBatch(setting, [Cast(serve, generators.vehicle, generators.sensors)])
+    while not batch.over.all():
+        batch.advance()
+    batch.states()
 
 
 UP = np.array([0.0, 0.0, 1.0])

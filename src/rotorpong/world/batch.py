@@ -8,8 +8,7 @@ while the others go on. World frame.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, is_dataclass
-from typing import TypeVar
+from dataclasses import dataclass, fields
 
 import numpy as np
 from jaxtyping import Bool, Float, Int64
@@ -23,11 +22,11 @@ from rotorpong.world import _judging_kernels as rules
 from rotorpong.world._contact_kernels import CONTACT_COLUMNS
 from rotorpong.world.contact import (
     MOST_CONTACTS,
-    Contact,
     contact_from_row,
     sizes_of,
     state_of,
 )
+from rotorpong.world.frames import is_regular, most_frames, schedule
 from rotorpong.world.judging import ENDINGS, LONGEST_SERVE, judge, landing_of
 from rotorpong.world.racket import HOME_BODY
 from rotorpong.world.render import render
@@ -57,7 +56,6 @@ STATE = (
     "sight_age_s",  # since the exposure: the camera's delay
 )
 Rows = Int64[ndarray, "rows"]
-State = TypeVar("State")
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +84,6 @@ class ServeBatch:
             raise InputError("a batch of 0 serves: expected at least 1")
         n = len(casts)
         self.setting, self._racket = setting, setting.racket
-        self._period = 1.0 / (setting.camera.frames_per_second * TICK)  # ticks
         self._limits = setting.vehicle.limits
         self._solids = Solids(racket=setting.racket)
         self._sizes = sizes_of(setting.racket)
@@ -98,10 +95,12 @@ class ServeBatch:
             np.zeros((n, 2), np.int64),
         )
         self._codes, self._deciding = np.zeros(n, np.int64), np.empty((n, CONTACT_COLUMNS))
-        self._contacts: list[list[Contact]] = [[] for _ in casts]
-        self._phases, self._delays = np.empty(n), np.empty(n, np.int64)
+        self._contacts: list[list[Float[ndarray, "_"]]] = [[] for _ in casts]
+        self._schedules = np.zeros((2, n, most_frames(setting.camera)), np.int64)
         self._frames = np.zeros(n, np.int64)
         self._commands, self._are_new = np.zeros((n, 4)), np.ones(n, bool)
+        self._touched = np.empty((n, MOST_CONTACTS, CONTACT_COLUMNS))
+        self._touches = np.zeros(n, np.int64)
         self._judged = np.empty((2, n))
         self._states: VehicleState = _stacked([self._cast(i, c) for i, c in enumerate(casts)])
 
@@ -133,21 +132,21 @@ class ServeBatch:
                 f"commands {np.array2string(velocities, threshold=8)}: expected finite velocities "
                 f"in m/s and rad/s, shape {self._commands.shape}"
             )
-        where = True if told is None else told[:, None]
-        np.clip(velocities, -self._limits, self._limits, out=self._commands, where=where)
-        self._are_new |= True if told is None else told
-        return self._commands.copy()
+        within = np.minimum(np.maximum(velocities, -self._limits), self._limits)
+        rows = slice(None) if told is None else told
+        self._commands[rows], self._are_new[rows] = within[rows], True
+        return within
 
     def advance(self) -> None:
         """Let every row that is not over run until its next frame arrives, or its serve is over."""
         rows = np.flatnonzero(self._codes == rules.PLAYING)
         clocks = self._logs[2]
-        exposures = np.rint(self._phases[rows] + self._frames[rows] * self._period)
-        exposures = np.maximum(exposures, 1.0).astype(np.int64)
+        exposures, arrivals = self._schedules[:, rows, self._frames[rows]]
         self._frames[rows] += 1
         clocks[rows, kernels.EXPOSED] = exposures
-        goals = np.minimum(exposures + self._delays[rows], LONGEST_SERVE)
-        legs = 2 * (goals - clocks[rows, kernels.FLOWN]) + self._are_new[rows]
+        flown = clocks[rows, kernels.FLOWN]
+        goals = np.minimum(np.maximum(arrivals, flown + 1), LONGEST_SERVE)
+        legs = 2 * (goals - flown) + self._are_new[rows]
         self._are_new[rows] = False
         if len(rows) == 1:
             self._leg(rows, int(legs[0]))
@@ -178,7 +177,7 @@ class ServeBatch:
         return np.where(np.abs(lags) <= rules.LONGEST_LAG, lags * TICK, np.nan)
 
     def picture(self, row: int) -> Picture:
-        """Return the last frame of a row, as the onboard camera shows it."""
+        """Return the last frame of a row, sharp: without the camera's blur and noise."""
         balls, poses, clocks = self._logs
         exposed = min(clocks[row, kernels.EXPOSED], clocks[row, kernels.FLOWN])
         camera = self.setting.camera
@@ -207,7 +206,7 @@ class ServeBatch:
             ball_path=balls[:, :3].copy(),
             body_path=track[:, :3].copy(),
             blade_path=blade_path(track, self._racket),
-            contacts=tuple(self._contacts[row]),
+            contacts=tuple(map(contact_from_row, self._contacts[row])),
         )
 
     def _cast(self, row: int, cast: Cast) -> VehicleState:
@@ -215,8 +214,12 @@ class ServeBatch:
         vehicle, camera = self.setting.vehicle, self.setting.camera
         state = vehicle.start(np.array(HOME_BODY), cast.vehicle_rng)
         draw_sensors(vehicle.sensor_noise, cast.sensor_rng)  # as SimulatedDrone: the phase is next
-        self._phases[row] = cast.sensor_rng.uniform(0.0, self._period)
-        self._delays[row] = round(cast.sensor_rng.uniform(*camera.delay_s) / TICK)
+        camera_rng = None
+        if not is_regular(camera):
+            camera_rng = cast.sensor_rng.spawn(1)[0]
+            camera_rng.integers(2**62)  # the key of the pictures' noise
+        for kind, ticks in enumerate(schedule(camera, cast.sensor_rng, camera_rng)):
+            self._schedules[kind, row, : len(ticks)] = ticks
         self._frames[row], self._codes[row] = 0, rules.PLAYING
         self._commands[row], self._are_new[row] = 0.0, True
         self._judged[:, row] = np.nan
@@ -244,8 +247,7 @@ class ServeBatch:
         self._fly_balls(rows, track)
 
     def _fly_balls(self, rows: Rows, track: Track) -> None:
-        contacts = np.empty((len(rows), MOST_CONTACTS, CONTACT_COLUMNS))
-        counts = np.empty(len(rows), np.int64)
+        contacts, counts = self._touched, self._touches
         kernels.fly_leg(
             rows,
             (track.position, track.quaternion),
@@ -253,9 +255,8 @@ class ServeBatch:
             self._logs,
             (self._codes, self._deciding, contacts, counts),
         )
-        for m in np.flatnonzero(counts):
-            touched = [contact_from_row(row) for row in contacts[m, : counts[m]]]
-            self._contacts[rows[m]].extend(touched)
+        for m in np.flatnonzero(counts[: len(rows)]):
+            self._contacts[rows[m]].extend(contacts[m, : counts[m]].copy())
         ended = rows[self._codes[rows] != rules.PLAYING]
         if len(ended):
             scratch = np.empty((LONGEST_SERVE + 1, 3))
@@ -265,28 +266,19 @@ class ServeBatch:
         return self._solids._replace(air=serve.air, table=serve.table)
 
 
-def _stacked(states: Sequence[State]) -> State:
+def _stacked(states: Sequence[VehicleState]) -> VehicleState:
     """Return one state with a leading axis, from states of single vehicles."""
-    first = states[0]
-    if isinstance(first, ndarray):
-        return np.stack(states)
-    assert is_dataclass(first), f"a vehicle's state is a dataclass of arrays, not {type(first)}"
-    parts = ([getattr(state, f.name) for state in states] for f in fields(first))
-    return type(first)(*map(_stacked, parts))
+    return VehicleState(
+        *(np.stack([getattr(state, f.name) for state in states]) for f in fields(VehicleState))
+    )
 
 
-def _taken(states: State, rows: Rows) -> State:
+def _taken(states: VehicleState, rows: Rows) -> VehicleState:
     """Return the state of some rows."""
-    if isinstance(states, ndarray):
-        return states[rows]
-    return type(states)(*(_taken(getattr(states, f.name), rows) for f in fields(states)))
+    return VehicleState(*(getattr(states, f.name)[rows] for f in fields(VehicleState)))
 
 
-def _put(states: State, rows: Rows, new: State) -> None:
+def _put(states: VehicleState, rows: Rows, new: VehicleState) -> None:
     """Overwrite the state of some rows in place."""
-    for f in fields(states):
-        old, part = getattr(states, f.name), getattr(new, f.name)
-        if isinstance(old, ndarray):
-            old[rows] = part
-        else:
-            _put(old, rows, part)
+    for f in fields(VehicleState):
+        getattr(states, f.name)[rows] = getattr(new, f.name)

@@ -6,7 +6,6 @@ under its command, then the ball among court and vehicle. When the serve is over
 it, is told by `judging`. What a player gets is an Observation; `truth` is for the laboratory.
 """
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import astuple, dataclass, fields
 
@@ -37,6 +36,7 @@ from rotorpong.world.contact import (
     state_of,
 )
 from rotorpong.world.exposure import Motion, expose
+from rotorpong.world.frames import half_exposure, schedule
 from rotorpong.world.judging import LONGEST_SERVE, ending, judge, landing_of
 from rotorpong.world.racket import HOME_BODY, Racket
 from rotorpong.world.render import Scene, render
@@ -114,11 +114,9 @@ class SimulatedDrone:
         self._log = _Log(serve)
         self._vehicle_state = setting.vehicle.start(np.array(HOME_BODY), vehicle_rng)
         self._sensors = draw_sensors(setting.vehicle.sensor_noise, sensor_rng)
-        self._period = 1.0 / (camera.frames_per_second * TICK)  # ticks
-        self._phase = sensor_rng.uniform(0.0, self._period)
-        self._delay = round(sensor_rng.uniform(*camera.delay_s) / TICK)
-        self._camera_rng = sensor_rng.spawn(1)[0]  # noise, jitter, drops: leaves the rest as it was
-        self._noise_key = int(self._camera_rng.integers(2**62))
+        camera_rng = sensor_rng.spawn(1)[0]  # noise, jitter, drops: leaves the rest as it was
+        self._noise_key = int(camera_rng.integers(2**62))
+        self._exposures, self._arrivals = schedule(camera, sensor_rng, camera_rng)
         self._half = half_exposure(camera)
         self._stream = Stream(camera) if camera.stream_mbit_s > 0.0 else None
         self._frame = 0
@@ -131,7 +129,8 @@ class SimulatedDrone:
         """Let the world run until the next frame arrives; `None` when the serve is over."""
         if self._end is not None:
             return None
-        exposure, arrival = self._next_frame()
+        exposure, arrival = int(self._exposures[self._frame]), int(self._arrivals[self._frame])
+        self._frame += 1
         navdata = self._run(max(arrival - self._log.ticks, 1))
         if self._end is not None:
             self.last_navdata = navdata
@@ -142,17 +141,6 @@ class SimulatedDrone:
             arrival_time=self._log.ticks * TICK,
             navdata=navdata,
         )
-
-    def _next_frame(self) -> tuple[int, int]:
-        """Return when the next frame that is not lost is exposed and arrives, in ticks."""
-        camera = self.camera
-        while True:
-            exposure = max(1, round(self._phase + self._frame * self._period))  # after the release
-            self._frame += 1
-            lot, lateness = self._camera_rng.random(2)
-            if lot >= camera.drop_share:
-                late = self._delay + round(lateness * camera.jitter_s / TICK)
-                return exposure, exposure + max(late, self._half)
 
     def command(self, velocity: VelocityCommand) -> VelocityCommand:
         """Fly at `velocity` from now on; return it clipped to the vehicle's limits.
@@ -205,7 +193,7 @@ class SimulatedDrone:
     def truth(self) -> Truth:
         """Return what really happened, playing the serve to its end if it is not over."""
         while self._end is None:
-            self._run(round(self._period))
+            self._run(round(1.0 / (self.camera.frames_per_second * TICK)))
         outcome, contact = self._end
         log, racket = self._log, self._setting.racket
         balls, track = log.ball[: log.ticks + 1], log.track[: log.ticks + 1]
@@ -287,11 +275,6 @@ def eye_of(
     world_from_body = rotation_from_quaternion(pose[..., 3:])
     eye = pose[..., :3] + world_from_body @ np.array(camera.position_m)
     return eye, world_from_body @ camera_from_body(camera).T
-
-
-def half_exposure(camera: Camera) -> int:
-    """Return the ticks from the middle of a frame to its very beginning or end, rounded up."""
-    return math.ceil((camera.readout_s + camera.exposure_s) / 2 / TICK)
 
 
 def _joined(parts: list[Navdata]) -> Navdata:

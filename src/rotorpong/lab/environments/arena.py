@@ -6,6 +6,7 @@ serves and the same noise. `reset(options={"trial": i})` begins with trial i.
 """
 
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, cast
 
@@ -20,7 +21,7 @@ from rotorpong.physics.camera import Camera
 from rotorpong.physics.vehicle import Vehicle
 from rotorpong.world.batch import Cast
 from rotorpong.world.serves import Serve
-from rotorpong.world.simulated_drone import Setting
+from rotorpong.world.simulated_drone import Setting, SimulatedDrone
 
 RENDER_MODES = ("rgb_array",)
 
@@ -32,12 +33,24 @@ class Arena:
     spec: Spec
     setting: Setting
     purpose: Purpose
+    reach: Callable[[SimulatedDrone], bool] | None = None  # tells of a fresh drone; costs time
 
     def cast(self, seed: int, trial: int) -> Cast:
         """Return what trial `trial` of `seed` throws, and its noise."""
         generators = trial_generators(seed, self.purpose, trial)
         serve = _serve(self.spec.serves, self.purpose, seed, trial)
         return Cast(serve, generators.vehicle, generators.sensors)
+
+    def drone(self, place: "Place") -> SimulatedDrone:
+        """Return the drone and the serve of a trial, fresh."""
+        cast = self.cast(place.seed, place.trial)
+        return SimulatedDrone(
+            cast.serve, self.setting, vehicle_rng=cast.vehicle_rng, sensor_rng=cast.sensor_rng
+        )
+
+    def reachable(self, place: "Place") -> bool | None:
+        """Tell whether any player could have hit the ball of a trial; None: not worked out."""
+        return None if self.reach is None else self.reach(self.drone(place))
 
 
 def arena(
@@ -108,11 +121,13 @@ def told(
     outcome: Outcome | None = None,
     miss_distance: float | None = None,
     time_error: float | None = None,
+    *,
+    reachable: bool | None = None,
 ) -> dict[str, Any]:
     """Return the info of a step; what is not known, or not yet, is None."""
     return {
         "hit": outcome == "hit",
-        "reachable": None,
+        "reachable": reachable,
         "miss_distance_m": miss_distance,
         "time_error_s": time_error,
         "outcome": outcome,

@@ -145,7 +145,9 @@ class InterceptEnv(gym.Env[Float32[ndarray, "18"], Float32[ndarray, "4"]]):
         if outcome is None:
             return self._observation(batch), 0.0, False, False, told(place)
         miss, late = float(batch.miss_distances[0]), float(batch.time_errors[0])
-        info = told(place, outcome, miss, None if math.isnan(late) else late)
+        reachable = self._arena.reachable(place)
+        late = None if math.isnan(late) else late
+        info = told(place, outcome, miss, late, reachable=reachable)
         reward = reward_of(outcome, miss, self._shaping)
         return self._observation(batch), reward, True, False, info
 

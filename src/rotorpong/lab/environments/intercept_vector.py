@@ -135,11 +135,14 @@ class InterceptVectorEnv(VectorEnv[Float32[ndarray, "n 18"], Float32[ndarray, "n
         if not len(ended):
             return {}
         mask = batch.over
+        reachable = np.full(self.num_envs, None, dtype=object)
+        for row in ended.tolist():
+            reachable[row] = self._arena.reachable(self._places[row])
         info: dict[str, Any] = {
             "outcome": np.array(batch.outcomes, dtype=object),
             "miss_distance_m": batch.miss_distances.copy(),
             "time_error_s": batch.time_errors,
-            "reachable": np.full(self.num_envs, None, dtype=object),
+            "reachable": reachable,
             "seed": np.array([place.seed for place in self._places]),
             "trial": np.array([place.trial for place in self._places]),
         }

@@ -17,7 +17,6 @@ from numpy import ndarray
 from rotorpong.conventions import InputError
 from rotorpong.drone import Navdata, Observation, VelocityCommand
 from rotorpong.lab.environments.arena import (
-    Arena,
     Place,
     arena,
     place_of,
@@ -51,7 +50,7 @@ NAVDATA = (
     Quantity("sight_age_s", "s", 0, 4, "since the middle of the frame's exposure"),
 )
 
-Seen = dict[str, ndarray]
+Seen = dict[str, Any]
 
 
 class InterceptVisionEnv(gym.Env[Seen, Float32[ndarray, "4"]]):
@@ -100,7 +99,7 @@ class InterceptVisionEnv(gym.Env[Seen, Float32[ndarray, "4"]]):
         """Throw the next ball and wait for the first frame."""
         super().reset(seed=seed)
         self._place = place_of(seed, options, self._place, self.np_random)
-        self._drone = drone_of(self._arena, self._place)
+        self._drone = self._arena.drone(self._place)
         observation = self._drone.observe()
         if observation is None:
             raise InputError(f"trial {self._place.trial}: the serve ended before the first frame")
@@ -124,7 +123,8 @@ class InterceptVisionEnv(gym.Env[Seen, Float32[ndarray, "4"]]):
             return self._seen, 0.0, False, False, told(place)
         truth = drone.truth()
         outcome, miss = truth.verdict.outcome, truth.miss_distance
-        info = told(place, outcome, miss, truth.time_error)
+        reachable = self._arena.reachable(place)
+        info = told(place, outcome, miss, truth.time_error, reachable=reachable)
         self._seen = {name: part.copy() for name, part in self._seen.items()}
         return self._seen, reward_of(outcome, miss, self._shaping), True, False, info
 
@@ -147,14 +147,6 @@ class InterceptVisionEnv(gym.Env[Seen, Float32[ndarray, "4"]]):
             "frame": np.ascontiguousarray(observation.frame.picture[:, :, ::-1]),
             "navdata": within(numbers, self._navdata_space),
         }
-
-
-def drone_of(arena: Arena, place: Place) -> SimulatedDrone:
-    """Return the drone and the serve of a trial."""
-    cast = arena.cast(place.seed, place.trial)
-    return SimulatedDrone(
-        cast.serve, arena.setting, vehicle_rng=cast.vehicle_rng, sensor_rng=cast.sensor_rng
-    )
 
 
 def mean_of(navdata: Navdata) -> ndarray:

@@ -31,7 +31,6 @@ from rotorpong.lab.environments.arena import (
     require_render_mode,
     told,
 )
-from rotorpong.lab.environments.intercept_vision import drone_of
 from rotorpong.lab.environments.spaces import Quantity, action_of, box, within
 from rotorpong.lab.spec import Spec
 from rotorpong.physics.camera import Camera
@@ -114,7 +113,7 @@ class PrimitiveEnv(gym.Env[Float32[ndarray, "6"], Float32[ndarray, "7"]]):
         """Throw the next ball and wait for the trigger; all zeros if it never came."""
         super().reset(seed=seed)
         self._place = place_of(seed, options, self._place, self.np_random)
-        drone = drone_of(self._arena, self._place)
+        drone = self._arena.drone(self._place)
         self._serve = _Serve(drone, self._arena.spec.make_eyes(drone))
         estimate = self._serve.wait(self._player)
         info = told(self._place)
@@ -133,7 +132,8 @@ class PrimitiveEnv(gym.Env[Float32[ndarray, "6"], Float32[ndarray, "7"]]):
         truth = serve.drone.truth()
         unseen = truth.verdict.outcome == "miss" and not serve.has_seen
         outcome = "unseen" if unseen else truth.verdict.outcome
-        info = told(place, outcome, truth.miss_distance, truth.time_error)
+        reachable = self._arena.reachable(place)
+        info = told(place, outcome, truth.miss_distance, truth.time_error, reachable=reachable)
         info["triggered"] = serve.estimate is not None
         reward = reward_of(truth, self._arena.spec.racket)
         return self._observation(serve.estimate), reward, True, False, info

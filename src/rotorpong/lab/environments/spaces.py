@@ -34,7 +34,7 @@ def box(quantities: Sequence[Quantity]) -> spaces.Box:
 
 def within(values: Float[ndarray, "*batch k"], space: spaces.Box) -> Float32[ndarray, "*batch k"]:
     """Return numbers as an observation, clipped into their ranges."""
-    return np.clip(values, space.low, space.high).astype(np.float32)
+    return np.minimum(np.maximum(values, space.low), space.high).astype(np.float32)
 
 
 def action_of(given: object, shape: tuple[int, ...]) -> Float[ndarray, "*shape"]:
@@ -52,7 +52,7 @@ def action_of(given: object, shape: tuple[int, ...]) -> Float[ndarray, "*shape"]
             f"action {np.array2string(action, threshold=8)} of shape {action.shape}: expected "
             f"finite numbers from -1 to 1, shape {shape}"
         )
-    return np.clip(action, -1.0, 1.0)
+    return np.minimum(np.maximum(action, -1.0), 1.0)
 
 
 def markdown(quantities: Sequence[Quantity]) -> str:
