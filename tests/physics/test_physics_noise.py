@@ -3,7 +3,7 @@ import pytest
 from scipy import stats
 
 from rotorpong.physics._noise_kernels import uniform
-from rotorpong.physics.noise import draw_keys, normal_samples
+from rotorpong.physics.noise import draw_keys, normal_samples, slow_samples
 
 
 def splitmix64(seed, count):
@@ -53,3 +53,32 @@ def test_many_keys_are_the_keys_drawn_one_by_one():
 def test_neighbouring_keys_give_unrelated_samples():
     a, b = (normal_samples(np.array(k, np.uint64), 0, (10_000, 1))[:, 0] for k in (10, 11))
     assert abs(np.corrcoef(a, b)[0, 1]) < 4 / np.sqrt(10_000)
+
+
+def test_slow_samples_are_stationary_and_forget_by_their_correlation_time():
+    """4 sigma; a lag of one correlation time leaves 1/e, and paths are independent."""
+    times = np.linspace(0.0, 10.0, 21)
+    keys = draw_keys(np.random.default_rng(4), (4000,))
+    paths = np.array([slow_samples(np.asarray(key), times, 5.0, 1)[:, 0] for key in keys])
+    assert paths.mean(axis=0) == pytest.approx(0.0, abs=4 / np.sqrt(4000))
+    assert paths.var(axis=0) == pytest.approx(1.0, abs=4 * np.sqrt(2 / 4000) + 0.01)
+    for first, last, expected in ((0, 10, np.exp(-1)), (7, 17, np.exp(-1)), (0, 20, np.exp(-2))):
+        found = np.mean(paths[:, first] * paths[:, last])
+        assert found == pytest.approx(expected, abs=4 * np.sqrt((1 + expected**2) / 4000) + 0.01)
+
+
+def test_slow_samples_follow_the_recursion_of_their_process():
+    key, decay = np.asarray(np.uint64(99)), np.exp(-1 / 50)
+    nodes = slow_samples(key, np.arange(30) * 0.1, 5.0, 2)
+    drawn = normal_samples(key, 0, (30, 2))
+    expected = [drawn[0]]
+    for fresh in drawn[1:]:
+        expected.append(decay * expected[-1] + np.sqrt(1 - decay**2) * fresh)
+    assert nodes == pytest.approx(np.array(expected), abs=1e-9)
+
+
+@pytest.mark.parametrize("cut", [0, 3, 40])
+def test_slow_samples_do_not_depend_on_the_portions_they_are_asked_in(cut):
+    key, times = draw_keys(np.random.default_rng(1)), np.arange(40) * 0.013
+    parts = [slow_samples(key, times[:cut], 0.4, 2), slow_samples(key, times[cut:], 0.4, 2)]
+    assert np.array_equal(np.concatenate(parts), slow_samples(key, times, 0.4, 2))

@@ -10,6 +10,7 @@ from rotorpong.physics.vehicle import (
     NOISE_FREE_CASCADE,
     TICK,
     TUM_GAZEBO,
+    TUM_RANGES,
     Cascade,
     TumGazebo,
     Vehicle,
@@ -304,3 +305,53 @@ def test_a_command_of_another_batch_is_refused():
 def test_tum_gazebo_is_a_vehicle():
     assert isinstance(TUM_GAZEBO, Vehicle)
     assert TUM_GAZEBO.limits.tolist() == [2.0, 2.0, 0.5, 1.5]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"mass": 0.0},
+        {"inertia_x": -1.0},
+        {"gravity": np.nan},
+        {"sample_ticks": 0.0},
+        {"tilt_limit": 2.0},
+        {"command_offset_period": 0.0},
+        {"horizontal_p": np.inf},
+    ],
+)
+def test_impossible_constants_are_refused(change):
+    with pytest.raises(InputError, match=r"tum_gazebo: .*expected a finite number"):
+        TumGazebo(Cascade(**change))
+
+
+def test_every_range_holds_the_nominal_value_and_drones_are_drawn_from_it():
+    drones = [TUM_GAZEBO.randomized(rng(seed)) for seed in range(200)]
+    for name, (low, high) in TUM_RANGES.items():
+        values = np.array([getattr(drone.constants, name) for drone in drones])
+        assert low <= getattr(TUM_GAZEBO.constants, name) <= high
+        assert low <= values.min() < values.max() <= high
+    others = set(Cascade._fields) - set(TUM_RANGES)
+    assert all(getattr(d.constants, n) == getattr(Cascade(), n) for d in drones for n in others)
+    whites = np.array([drone.sensor_noise.velocity_white for drone in drones])
+    assert 0.05 <= whites.min() < whites.max() <= 0.15
+    assert all(drone.sensor_noise.gyro_white == 0.0 for drone in drones)
+
+
+def test_every_drawn_drone_flies():
+    for seed in range(20):
+        drone = TUM_GAZEBO.randomized(rng(seed))
+        state, _ = drone.advance(
+            at_rest(drone, seed), command(FORWARD, 1.0), ticks=2500, new_command=True
+        )
+        assert state.velocity[0] == pytest.approx(1.0, abs=0.3)
+
+
+@pytest.mark.parametrize("sample_ticks", [1.0, 2.0, 3.0, 10.0])
+def test_a_flight_in_single_ticks_is_the_flight_in_one(sample_ticks):
+    """Within a leg the cascade is not asked again while nothing changes: it must not matter."""
+    drone = TumGazebo(TUM_GAZEBO.constants._replace(sample_ticks=sample_ticks))
+    orders = rng(2).uniform(-2, 2, (6, 4))
+    whole, path = noisy_flight(drone, at_rest(drone), [[33]] * 6, orders)
+    single, steps = noisy_flight(drone, at_rest(drone), [[1] * 33] * 6, orders)
+    assert np.array_equal(path, steps)
+    assert np.array_equal(whole.memory, single.memory)

@@ -3,9 +3,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy import stats
 from scipy.spatial.transform import Rotation
 
 from rotorpong.conventions import InputError
+from rotorpong.physics.ardrone2 import ARDRONE2
 from rotorpong.physics.vehicle import (
     NOISE_FREE_CASCADE,
     SCALED_NOISE,
@@ -159,6 +161,72 @@ def test_the_battery_lasts_twenty_minutes():
     assert late.battery[-1] == 0.0
 
 
+REAL = replace(PERFECT, attitude_slow=0.02, gyro_bias_limit=0.03, attitude_bias_limit=0.005)
+
+
+def test_attitude_wanders_slowly_about_a_constant():
+    track = resting([0.0, 0.0, 0.3], 3001)
+    errors = np.array([
+        read(draw_sensors(replace(REAL, attitude_bias_limit=0.0), rng(seed)), track, 0).attitude
+        for seed in range(300)
+    ])  # fmt: skip
+    assert not errors[:, :, 2].any()
+    roll_pitch = errors[:, :, :2]
+    assert roll_pitch.std(axis=(0, 2)) == pytest.approx(0.02, rel=4 / np.sqrt(2 * 600) + 0.01)
+    steps = np.diff(roll_pitch, axis=1)
+    assert np.abs(steps).max() < 0.1 * 0.02  # nothing jumps within 5 ms
+    after = (roll_pitch[:, 0] * roll_pitch[:, -1]).mean() / 0.02**2
+    assert after == pytest.approx(np.exp(-3 / 5), abs=4 / np.sqrt(600))  # 4 sigma
+
+
+def test_bounded_biases_are_uniform_and_keep_to_their_bounds():
+    drawn = [draw_sensors(REAL, rng(seed)) for seed in range(500)]
+    for name, bound in (("gyro_bias", 0.03), ("attitude_bias", 0.005)):
+        values = np.array([getattr(s, name) for s in drawn]).ravel() / bound
+        assert stats.kstest(values, "uniform", (-1, 2)).pvalue > 1e-3
+        assert np.abs(values).max() <= 1.0
+
+
+def test_kinds_of_bias_take_as_much_from_their_generator():
+    generators = [rng(4), rng(4)]
+    for noise, generator in zip((NOISY, REAL), generators, strict=True):
+        draw_sensors(noise, generator)
+    assert generators[0].random() == generators[1].random()
+
+
+def test_a_late_optical_flow_shows_the_velocity_that_was():
+    drone = replace(ARDRONE2, noise=replace(PERFECT, gravity=9.81))
+    order = np.array([3.0, 1.0, 1.0, 0.0])
+    start = drone.start(np.zeros(3), rng())
+    _, track = drone.advance(start, order, ticks=800, new_command=True)
+    navdata = read(draw_sensors(drone.sensor_noise, rng()), track, 0, departure=True)
+    assert navdata.velocity[8:] == pytest.approx(track.velocity[:-40:5], abs=1e-12)
+    turn = Rotation.from_quat(track.quaternion[::5], scalar_first=True)
+    assert navdata.attitude == pytest.approx(turn.as_euler("ZYX")[:, ::-1], abs=1e-12)
+    assert np.abs(navdata.velocity[8:] - track.velocity[40::5]).max() > 0.1
+
+
+@pytest.mark.parametrize("cuts", [[33, 66, 100], [4, 5, 6, 7, 12, 500], [0, 33, 33, 67]])
+def test_what_wanders_and_what_is_late_do_not_depend_on_portions(cuts):
+    sensors, orders = draw_sensors(ARDRONE2.sensor_noise, rng(3)), rng(1).uniform(-2, 2, 4)
+    state = ARDRONE2.start(np.zeros(3), rng(2))
+    _, track = ARDRONE2.advance(state, orders, ticks=1000, new_command=True)
+    whole = read(sensors, track, 0, departure=True)
+    parts = []
+    for i, (a, b) in enumerate(pairwise([0, *cuts, 1000])):
+        state, leg = ARDRONE2.advance(state, orders, ticks=b - a, new_command=i == 0)
+        parts.append(read(sensors, leg, a, departure=i == 0))
+    for f in fields(whole):
+        assert np.array_equal(joined(parts, f.name), getattr(whole, f.name))
+
+
+def test_the_battery_is_that_of_the_profile():
+    flat = replace(ARDRONE2, constants=ARDRONE2.constants._replace(battery_charge=0.4))
+    sensors = draw_sensors(flat.sensor_noise, rng())
+    later = read(sensors, resting([0.0, 0.0, 0.3], 6), 66_000 - 5)
+    assert later.battery == pytest.approx(0.4 - 66.0 / 660.0)
+
+
 def test_the_same_seed_gives_the_same_navdata_and_another_does_not():
     first, again, other = (read(draw_sensors(NOISY, rng(s)), flown(50), 0) for s in (1, 1, 2))
     assert np.array_equal(first.velocity, again.velocity)
@@ -177,6 +245,10 @@ def test_a_path_between_two_samples_gives_none():
         {"height_white": np.nan},
         {"attitude_rate": 0.0},
         {"attitude_rate": 2e3},
+        {"attitude_slow_time": 0.0},
+        {"battery_life": 0.0},
+        {"battery_charge": 1.5},
+        {"gyro_bias_limit": -0.1},
     ],
 )
 def test_impossible_noise_is_refused(change):

@@ -11,7 +11,7 @@ import math
 
 from rotorpong.kernels import kernel
 from rotorpong.physics._noise_kernels import normal
-from rotorpong.physics._vehicle_kernels import TICK
+from rotorpong.physics._vehicle_kernels import TICK, copy, record
 
 LOOP_TICKS = 5  # the loop runs on each navdata message, 200 Hz
 PERIOD = LOOP_TICKS * TICK
@@ -32,42 +32,45 @@ def fly(profile, start, commands, span, outputs):
     motions, memories, counters, keys = start
     ticks, is_new = span
     motion_out, memory_out, counter_out, position, velocity, quaternion, rates, pull, seen = outputs
-    steps = weights(airframe)
+    tracks = (position, velocity, quaternion, rates, pull)
+    steps, decays = weights(airframe), model_decays(loop)
     lag = round(airframe.velocity_delay / PERIOD)
     for row in range(motions.shape[0]):
         motion, memory, counter = motion_out[row], memory_out[row], counter_out[row]
-        motion[:] = motions[row]
-        memory[:] = memories[row]
-        counter[:] = counters[row]
+        copy(motions[row], motion)
+        copy(memories[row], memory)
+        counter[0], counter[1] = counters[row, 0], counters[row, 1]
         key = keys[row]
         bias_x = noise[1] * normal(key, BIAS_STREAM * STREAM_LENGTH)
         bias_y = noise[1] * normal(key, BIAS_STREAM * STREAM_LENGTH + 1)
         bias_z = noise[1] * normal(key, BIAS_STREAM * STREAM_LENGTH + 2)
         if is_new:
-            memory[HELD:] = commands[row]
+            copy(commands[row], memory[HELD:])
             counter[1] += 1
-        thrust = direction(motion)
+        thrust, heading = direction(motion), facing(memory[2])
+        since_loop = counter[0] % LOOP_TICKS
+        k = counter[0] // LOOP_TICKS
+        then = FLOWN + 3 * ((k - lag) % SLOTS)
         for i in range(ticks + 1):
             if i > 0:
-                if counter[0] % LOOP_TICKS == 0:
-                    k = counter[0] // LOOP_TICKS
+                if since_loop == 0:
                     if raw:
                         send_raw(memory, settings, k)
                     else:
                         measured = measure(memory, k - lag, k, key, noise[0])
                         biased = (measured[0] + bias_x, measured[1] + bias_y, measured[2] + bias_z)
-                        control(loop, settings, memory, k, biased)
-                thrust = tick(airframe, motion, memory, counter, (steps, thrust))
-            if counter[0] % LOOP_TICKS == 0:
-                here = FLOWN + 3 * (counter[0] // LOOP_TICKS % SLOTS)
-                memory[here : here + 3] = motion[3:6]
-            position[row, i] = motion[0:3]
-            velocity[row, i] = motion[3:6]
-            quaternion[row, i] = motion[6:10]
-            rates[row, i] = motion[10:13]
-            pull[row, i] = motion[13:16]
-            then = FLOWN + 3 * ((counter[0] // LOOP_TICKS - lag) % SLOTS)
-            seen[row, i] = memory[then : then + 3]
+                        control((loop, decays), settings, memory, k, biased)
+                thrust, heading = tick(airframe, motion, memory, counter, (steps, thrust, heading))
+                since_loop += 1
+            if since_loop % LOOP_TICKS == 0:
+                k, since_loop = counter[0] // LOOP_TICKS, 0
+                then = FLOWN + 3 * ((k - lag) % SLOTS)
+                here = FLOWN + 3 * (k % SLOTS)
+                for axis in range(3):
+                    memory[here + axis] = motion[3 + axis]
+            record(tracks, row, i, motion)
+            for axis in range(3):
+                seen[row, i, axis] = memory[then + axis]
 
 
 @kernel
@@ -97,15 +100,17 @@ def direction(motion):
 
 @kernel
 def tick(airframe, motion, memory, counter, step):
-    """Advance one drone by one tick; return where its thrust then points."""
-    (tilt_decay, decay, early, late, climb_decay, turn_decay, dead_ticks), (here_x, here_y) = step
+    """Advance one drone by one tick; return where its thrust then points, and its heading."""
+    steps, (here_x, here_y), heading = step
+    tilt_decay, decay, early, late, climb_decay, turn_decay, dead_ticks = steps
     since = counter[0] - dead_ticks
     if since >= 0 and since % LOOP_TICKS == 0:
         heard = SENT + 4 * (since // LOOP_TICKS % SLOTS)
-        memory[4:8] = memory[heard : heard + 4]
+        for channel in range(4):
+            memory[4 + channel] = memory[heard + channel]
     charge = max(0.0, airframe.battery_charge - counter[0] * TICK / airframe.battery_life)
     strength = 1.0 - airframe.battery_sag * (1.0 - charge)
-    turn(airframe, motion, memory, tilt_decay, turn_decay)
+    heading = turn(airframe, motion, memory, (tilt_decay, turn_decay), heading)
     there_x, there_y = direction(motion)
     force, drag = strength * airframe.pull, airframe.drag
     vx, vy, vz = motion[3], motion[4], motion[5]
@@ -122,12 +127,19 @@ def tick(airframe, motion, memory, counter, step):
     motion[3], motion[4], motion[5] = ux, uy, uz
     motion[13], motion[14], motion[15] = (ux - vx) / TICK, (uy - vy) / TICK, (uz - vz) / TICK
     counter[0] += 1
-    return there_x, there_y
+    return (there_x, there_y), heading
 
 
 @kernel
-def turn(airframe, motion, memory, tilt_decay, turn_decay):
+def facing(yaw):
+    """Return a yaw with cosine and sine of its half, which stay good while it does."""
+    return yaw, math.cos(0.5 * yaw), math.sin(0.5 * yaw)
+
+
+@kernel
+def turn(airframe, motion, memory, decays, heading):
     """Let the attitude follow what it obeys for one tick; fill quaternion and body rates."""
+    tilt_decay, turn_decay = decays
     roll = memory[4] + (memory[0] - memory[4]) * tilt_decay
     pitch = memory[5] + (memory[1] - memory[5]) * tilt_decay
     excess = memory[3] - memory[7]
@@ -136,7 +148,9 @@ def turn(airframe, motion, memory, tilt_decay, turn_decay):
     memory[0], memory[1], memory[2], memory[3] = roll, pitch, yaw, yaw_rate
     cr, sr = math.cos(0.5 * roll), math.sin(0.5 * roll)
     cp, sp = math.cos(0.5 * pitch), math.sin(0.5 * pitch)
-    cy, sy = math.cos(0.5 * yaw), math.sin(0.5 * yaw)
+    if yaw != heading[0]:
+        heading = facing(yaw)
+    _, cy, sy = heading
     motion[6] = cr * cp * cy + sr * sp * sy
     motion[7] = sr * cp * cy - cr * sp * sy
     motion[8] = cr * sp * cy + sr * cp * sy
@@ -148,6 +162,7 @@ def turn(airframe, motion, memory, tilt_decay, turn_decay):
     motion[10] = rolling - yaw_rate * sin_pitch
     motion[11] = pitching * cos_roll + yaw_rate * sin_roll * cos_pitch
     motion[12] = yaw_rate * cos_roll * cos_pitch - pitching * sin_roll
+    return heading
 
 
 @kernel
@@ -186,9 +201,20 @@ def put(memory, k, roll, pitch, rest):
 
 
 @kernel
-def control(loop, settings, memory, k, measured):
+def model_decays(loop):
+    """Return by how much tilt, velocity and climb of the loop's model decay in one period."""
+    return (
+        math.exp(-PERIOD / loop.tilt_lag),
+        math.exp(-loop.drag * PERIOD),
+        math.exp(-loop.climb_rate * PERIOD),
+    )
+
+
+@kernel
+def control(model, settings, memory, k, measured):
     """Predict the velocity at which a tilt sent now begins to act, and send one that steers it."""
-    follow_model(loop, memory, k)
+    loop, decays = model
+    follow_model(loop, decays, memory, k)
     delay = round((loop.dead_time + loop.velocity_delay) / PERIOD)
     then = MODELLED + 3 * ((k - delay) % SLOTS)
     share = PERIOD / loop.offset_time
@@ -213,11 +239,11 @@ def control(loop, settings, memory, k, measured):
 
 
 @kernel
-def follow_model(loop, memory, k):
+def follow_model(loop, decays, memory, k):
     """Let the loop's own drone, which has no dead time, fly one period by what was sent."""
     if k > 0:
         sent = SENT + 4 * ((k - 1) % SLOTS)
-        tilt_decay = math.exp(-PERIOD / loop.tilt_lag)
+        tilt_decay, decay, climb_decay = decays
         roll = memory[sent] + (memory[8] - memory[sent]) * tilt_decay
         pitch = memory[sent + 1] + (memory[9] - memory[sent + 1]) * tilt_decay
         middle_roll, middle_pitch = 0.5 * (roll + memory[8]), 0.5 * (pitch + memory[9])
@@ -225,10 +251,10 @@ def follow_model(loop, memory, k):
         cosine, sine = math.cos(memory[2]), math.sin(memory[2])
         ahead = math.sin(middle_pitch) * math.cos(middle_roll) * loop.pull / loop.drag
         left = -math.sin(middle_roll) * loop.pull / loop.drag
-        decay = math.exp(-loop.drag * PERIOD)
         x, y, z = cosine * ahead - sine * left, sine * ahead + cosine * left, memory[sent + 2]
         memory[10] = x + (memory[10] - x) * decay
         memory[11] = y + (memory[11] - y) * decay
-        memory[12] = z + (memory[12] - z) * math.exp(-loop.climb_rate * PERIOD)
+        memory[12] = z + (memory[12] - z) * climb_decay
     here = MODELLED + 3 * (k % SLOTS)
-    memory[here : here + 3] = memory[10:13]
+    for axis in range(3):
+        memory[here + axis] = memory[10 + axis]

@@ -8,14 +8,13 @@ Rows of `counters`: ticks flown, messages received.
 
 import math
 
-import numpy as np
-
 from rotorpong.kernels import kernel
 from rotorpong.physics._noise_kernels import normal, uniform
 
 TICK = 0.001  # s, the world's step
 COMMAND_STREAM, OFFSET_STREAM, ATTITUDE_STREAM = 0, 1, 2
 STREAM_LENGTH = 2**40
+SETTLING = 3  # ticks: a kick, its end, its end one loop further in; then nothing changes
 
 
 @kernel
@@ -26,22 +25,52 @@ def fly(constants, start, commands, span, outputs):
     motion_out, memory_out, counter_out, position, velocity, quaternion, rates, acceleration = (
         outputs
     )
-    scratch = np.empty((5, 13))
+    tracks = (position, velocity, quaternion, rates, acceleration)
+    period = int(constants.sample_ticks)
     for row in range(motions.shape[0]):
         motion, memory, counter = motion_out[row], memory_out[row], counter_out[row]
-        motion[:] = motions[row]
-        memory[:] = memories[row]
-        counter[:] = counters[row]
+        copy(motions[row], motion)
+        copy(memories[row], memory)
+        counter[0], counter[1] = counters[row, 0], counters[row, 1]
         if is_new:
             receive(constants, memory, counter, keys[row], commands[row])
-        for i in range(ticks + 1):
-            if i > 0:
-                tick(constants, motion, memory, counter, keys[row], scratch)
-            position[row, i] = motion[0:3]
-            velocity[row, i] = motion[3:6]
-            quaternion[row, i] = motion[6:10]
-            rates[row, i] = motion[10:13]
-            acceleration[row, i] = motion[13:16]
+        record(tracks, row, 0, motion)
+        since_sample = counter[0] % period
+        unsettled = SETTLING
+        pulls = (0.0, 0.0, 0.0, 0.0)
+        for i in range(1, ticks + 1):
+            if since_sample == 0:
+                sample(constants, motion, memory, counter[0] // period, keys[row])
+                unsettled = SETTLING
+            if unsettled > 0:
+                pulls = control(constants, memory)
+                unsettled -= 1
+            integrate(constants, motion, pulls)
+            counter[0] += 1
+            since_sample += 1
+            if since_sample == period:
+                since_sample = 0
+            record(tracks, row, i, motion)
+
+
+@kernel
+def copy(values, to):
+    """Copy a row."""
+    for i in range(values.shape[0]):
+        to[i] = values[i]
+
+
+@kernel
+def record(tracks, row, i, motion):
+    """Write instant i of a row into its tracks."""
+    position, velocity, quaternion, rates, acceleration = tracks
+    for axis in range(3):
+        position[row, i, axis] = motion[axis]
+        velocity[row, i, axis] = motion[3 + axis]
+        rates[row, i, axis] = motion[10 + axis]
+        acceleration[row, i, axis] = motion[13 + axis]
+    for axis in range(4):
+        quaternion[row, i, axis] = motion[6 + axis]
 
 
 @kernel
@@ -54,20 +83,6 @@ def receive(constants, memory, counter, key, command):
         noise = constants.command_white * white + constants.command_offset * slow
         memory[18 + axis] = command[axis] + noise
     counter[1] += 1
-
-
-@kernel
-def tick(constants, motion, memory, counter, key, scratch):
-    """Advance one vehicle by one tick: sample, control, integrate."""
-    if counter[0] % int(constants.sample_ticks) == 0:
-        sample(constants, motion, memory, counter[0] // int(constants.sample_ticks), key)
-    specific_thrust, roll, pitch, yaw = control(constants, memory)
-    before_x, before_y, before_z = motion[3], motion[4], motion[5]
-    integrate(constants, motion, (specific_thrust, roll, pitch, yaw), scratch)
-    motion[13] = (motion[3] - before_x) / TICK
-    motion[14] = (motion[4] - before_y) / TICK
-    motion[15] = (motion[5] - before_z) / TICK
-    counter[0] += 1
 
 
 @kernel
@@ -127,42 +142,111 @@ def loop(memory, index, gains, signals):
 
 
 @kernel
-def integrate(constants, motion, pulls, scratch):
-    """Integrate the rigid body over one tick by the classical Runge-Kutta method."""
-    first, second, third, fourth, point = scratch
-    here = motion[0:13]
-    derivative(constants, here, pulls, first)
-    for i in range(13):
-        point[i] = here[i] + 0.5 * TICK * first[i]
-    derivative(constants, point, pulls, second)
-    for i in range(13):
-        point[i] = here[i] + 0.5 * TICK * second[i]
-    derivative(constants, point, pulls, third)
-    for i in range(13):
-        point[i] = here[i] + TICK * third[i]
-    derivative(constants, point, pulls, fourth)
-    for i in range(13):
-        here[i] += TICK / 6.0 * (first[i] + 2.0 * (second[i] + third[i]) + fourth[i])
-    length = math.sqrt(here[6] ** 2 + here[7] ** 2 + here[8] ** 2 + here[9] ** 2)
-    for i in range(6, 10):
-        here[i] /= length
+def integrate(constants, motion, pulls):
+    """Integrate the rigid body over one tick by the classical Runge-Kutta method.
+
+    Thrust depends on attitude alone, attitude on the body rates, these on themselves: so the four
+    stages of the rates come first, then those of the quaternion, of velocity, of position.
+    """
+    thrust, roll_pull, pitch_pull, yaw_pull = pulls
+    xx, yy, zz = constants.inertia_x, constants.inertia_y, constants.inertia_z
+    gyro = ((yy - zz) / xx, (zz - xx) / yy, (xx - yy) / zz)
+    torque = (roll_pull, pitch_pull, yaw_pull)
+    half, sixth = 0.5 * TICK, TICK / 6.0
+
+    r1 = (motion[10], motion[11], motion[12])
+    a1 = spin(gyro, torque, r1)
+    r2 = along3(r1, half, a1)
+    a2 = spin(gyro, torque, r2)
+    r3 = along3(r1, half, a2)
+    a3 = spin(gyro, torque, r3)
+    r4 = along3(r1, TICK, a3)
+    a4 = spin(gyro, torque, r4)
+
+    q1 = (motion[6], motion[7], motion[8], motion[9])
+    t1 = turn(q1, r1)
+    q2 = along4(q1, half, t1)
+    t2 = turn(q2, r2)
+    q3 = along4(q1, half, t2)
+    t3 = turn(q3, r3)
+    q4 = along4(q1, TICK, t3)
+    t4 = turn(q4, r4)
+
+    gravity = constants.gravity
+    v1 = (motion[3], motion[4], motion[5])
+    f1 = push(thrust, gravity, q1)
+    f2 = push(thrust, gravity, q2)
+    f3 = push(thrust, gravity, q3)
+    f4 = push(thrust, gravity, q4)
+    v2 = along3(v1, half, f1)
+    v3 = along3(v1, half, f2)
+    v4 = along3(v1, TICK, f3)
+
+    for i in range(3):
+        motion[i] += sixth * (v1[i] + 2.0 * (v2[i] + v3[i]) + v4[i])
+        after = v1[i] + sixth * (f1[i] + 2.0 * (f2[i] + f3[i]) + f4[i])
+        motion[3 + i] = after
+        motion[13 + i] = (after - v1[i]) / TICK
+        motion[10 + i] += sixth * (a1[i] + 2.0 * (a2[i] + a3[i]) + a4[i])
+    w = q1[0] + sixth * (t1[0] + 2.0 * (t2[0] + t3[0]) + t4[0])
+    x = q1[1] + sixth * (t1[1] + 2.0 * (t2[1] + t3[1]) + t4[1])
+    y = q1[2] + sixth * (t1[2] + 2.0 * (t2[2] + t3[2]) + t4[2])
+    z = q1[3] + sixth * (t1[3] + 2.0 * (t2[3] + t3[3]) + t4[3])
+    length = math.sqrt(w**2 + x**2 + y**2 + z**2)
+    motion[6], motion[7], motion[8], motion[9] = w / length, x / length, y / length, z / length
 
 
 @kernel
-def derivative(constants, body, pulls, change):
-    """Fill `change` with the time derivative of position, velocity, quaternion, body rates."""
-    w, x, y, z = body[6], body[7], body[8], body[9]
-    p, q, r = body[10], body[11], body[12]
-    thrust, roll_pull, pitch_pull, yaw_pull = pulls
-    change[0], change[1], change[2] = body[3], body[4], body[5]
-    change[3] = thrust * 2.0 * (x * z + w * y)
-    change[4] = thrust * 2.0 * (y * z - w * x)
-    change[5] = thrust * (1.0 - 2.0 * (x * x + y * y)) - constants.gravity
-    change[6] = 0.5 * (-x * p - y * q - z * r)
-    change[7] = 0.5 * (w * p + y * r - z * q)
-    change[8] = 0.5 * (w * q + z * p - x * r)
-    change[9] = 0.5 * (w * r + x * q - y * p)
-    xx, yy, zz = constants.inertia_x, constants.inertia_y, constants.inertia_z
-    change[10] = roll_pull + (yy - zz) / xx * q * r
-    change[11] = pitch_pull + (zz - xx) / yy * r * p
-    change[12] = yaw_pull + (xx - yy) / zz * p * q
+def along3(start, step, slope):
+    """Return start + step slope."""
+    return (
+        start[0] + step * slope[0],
+        start[1] + step * slope[1],
+        start[2] + step * slope[2],
+    )
+
+
+@kernel
+def along4(start, step, slope):
+    """Return start + step slope."""
+    return (
+        start[0] + step * slope[0],
+        start[1] + step * slope[1],
+        start[2] + step * slope[2],
+        start[3] + step * slope[3],
+    )
+
+
+@kernel
+def spin(gyro, torque, rates):
+    """Return the angular acceleration in body axes, by Euler's equations."""
+    p, q, r = rates
+    return (
+        torque[0] + gyro[0] * q * r,
+        torque[1] + gyro[1] * r * p,
+        torque[2] + gyro[2] * p * q,
+    )
+
+
+@kernel
+def turn(attitude, rates):
+    """Return q' = q (0, w) / 2."""
+    w, x, y, z = attitude
+    p, q, r = rates
+    return (
+        0.5 * (-x * p - y * q - z * r),
+        0.5 * (w * p + y * r - z * q),
+        0.5 * (w * q + z * p - x * r),
+        0.5 * (w * r + x * q - y * p),
+    )
+
+
+@kernel
+def push(thrust, gravity, attitude):
+    """Return the acceleration in the world by thrust and gravity."""
+    w, x, y, z = attitude
+    return (
+        thrust * 2.0 * (x * z + w * y),
+        thrust * 2.0 * (y * z - w * x),
+        thrust * (1.0 - 2.0 * (x * x + y * y)) - gravity,
+    )

@@ -51,6 +51,12 @@ class Cascade(NamedTuple):
 
     Sources: `simple` = quadrotor_simple_controller and its xacro, `imu` = gazebo_ros_imu and
     quadrotor_sensors.urdf.xacro, `base` = quadrotor_base.urdf.xacro of tum_simulator.
+
+    The attitude noise is what `imu` means: an accelerometer error e tilts gravity g by e / g, 2
+    degrees of white noise. As written, the plugin turns by the square of that angle (it scales the
+    cross product g x e, itself of size g e, by half the angle): 0.2 degrees rms of both axes, see
+    the row of `lab.bench.vehicle_rows`. The design decides for the 2 degrees, which a player must
+    then filter with the gyro; `TUM_RANGES` reaches from one to the other.
     """
 
     mass: float = 1.477  # kg, base
@@ -207,7 +213,13 @@ class Track:
 
 @runtime_checkable
 class Vehicle(Protocol):
-    """Anything that flies by velocity commands; users pass their own."""
+    """Anything that flies by velocity commands; users pass their own.
+
+    A vehicle is immutable: whatever decides the rest of a flight is in the state that it hands out,
+    of which `motion` and the held command are read by others and the rest is its own affair. State,
+    position and command may have one leading axis of vehicles in lockstep. For `--randomize` it has
+    `randomized(rng)` as well, which returns another of its kind.
+    """
 
     @property
     def name(self) -> str:

@@ -134,8 +134,9 @@ def _attitude_error(
         drawn = normal_samples(sensors.attitude_key, first, (last - first + 1, 2))
         error[:, 0:2] = sensors.noise.attitude_white * drawn[messages - first]
     error[:, 0:2] += sensors.attitude_bias
-    slow, key = sensors.noise.attitude_slow, sensors.attitude_key ^ SLOW_STREAM
+    slow = sensors.noise.attitude_slow
     if slow > 0.0:
+        key = np.asarray(sensors.attitude_key ^ SLOW_STREAM)
         correlation_time = sensors.noise.attitude_slow_time
         error[:, 0:2] += slow * slow_samples(key, ticks * TICK, correlation_time, 2)
     return error
