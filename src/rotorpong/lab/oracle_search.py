@@ -16,7 +16,7 @@ until one does:
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from jaxtyping import Float, Int64
@@ -129,14 +129,24 @@ def fly(problem: Problem, frames: Frames, commands: Commands) -> Track:
     """Fly b plans at once from the present state, with the noise to come."""
     state = repeated(problem.instant.vehicle, commands.shape[1])
     ticks = [int(problem.arrivals[frame]) for frame in frames]
-    parts: list[list[ndarray]] = []
+    parts: list[Track] = []
     for leg, (start, end) in enumerate(itertools.pairwise([*ticks, problem.end])):
         state, track = problem.vehicle.advance(
             state, commands[leg], ticks=end - start, new_command=True
         )
-        first = 0 if leg == 0 else 1
-        parts.append([getattr(track, name)[:, first:] for name in Track.__slots__])
-    return Track(*(np.concatenate(column, axis=1) for column in zip(*parts, strict=True)))
+        parts.append(track)
+    return _joined(parts)
+
+
+def _joined(parts: list[Track]) -> Track:
+    """Return tracks that follow on one another as one; each starts where the last one ended."""
+    columns: dict[str, ndarray | None] = {}
+    for field in fields(Track):
+        values = [getattr(part, field.name) for part in parts]
+        rest = [value[:, 1:] for value in values[1:] if value is not None]
+        known = values[0] is not None
+        columns[field.name] = np.concatenate([values[0], *rest], axis=1) if known else None
+    return Track(**columns)  # pyright: ignore[reportArgumentType]
 
 
 def _searches(problem: Problem, rng: np.random.Generator) -> Iterator[Trials]:
