@@ -8,19 +8,27 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rotorpong.conventions import InputError
 from rotorpong.physics.camera import (
+    ARDRONE2_360P,
     ARDRONE2_720P,
+    CAMERA_RANGES,
     CAMERAS,
     GAZEBO,
     camera_from_body,
     directions,
+    draw_camera,
+    ideal,
     in_picture,
     pixel_directions,
     project,
+    require_camera,
+    row_time,
 )
 
 LENSES = [
     GAZEBO,
+    ARDRONE2_360P,
     ARDRONE2_720P,
     replace(GAZEBO, name="every term", distortion=(-0.3, 0.1, 0.001, -0.002, -0.01)),
 ]
@@ -143,3 +151,67 @@ def test_the_table_of_rays_is_shared_and_cannot_be_changed():
 def test_points_need_three_coordinates():
     with pytest.raises(Exception, match="points"):
         project(GAZEBO, np.zeros((4, 2)))
+
+
+def test_every_profile_can_be_and_lies_within_what_is_not_known_of_it():
+    for camera in CAMERAS.values():
+        assert require_camera(camera) is camera
+        if not camera.is_ideal:
+            for name, (low, high) in CAMERA_RANGES.items():
+                assert low <= getattr(camera, name) <= high, name
+
+
+def test_a_drawn_camera_keeps_its_lens_and_gets_what_it_has_from_the_ranges():
+    rng = np.random.default_rng(0)
+    for _ in range(50):
+        drawn = require_camera(draw_camera(ARDRONE2_360P, rng))
+        assert drawn != ARDRONE2_360P
+        assert ideal(drawn) == ideal(ARDRONE2_360P)
+        for name, (low, high) in CAMERA_RANGES.items():
+            assert low <= getattr(drawn, name) <= high
+    assert draw_camera(GAZEBO, rng) == GAZEBO
+    first, second = (draw_camera(ARDRONE2_360P, np.random.default_rng(1)) for _ in range(2))
+    assert first == second
+
+
+def test_an_ideal_camera_is_the_lens_alone():
+    assert GAZEBO.is_ideal
+    assert not ARDRONE2_720P.is_ideal
+    assert ideal(GAZEBO) == GAZEBO
+    assert ideal(ARDRONE2_720P).is_ideal
+    points = points_in_view(ARDRONE2_720P)
+    assert np.array_equal(
+        project(ideal(ARDRONE2_720P), points), project(ARDRONE2_720P, points), equal_nan=True
+    )
+
+
+def test_rows_are_exposed_evenly_about_the_frame_time_and_all_at_once_without_readout():
+    rows = np.arange(360.0)
+    times = row_time(ARDRONE2_360P, 2.0, rows)
+    np.testing.assert_allclose(times + times[::-1], 4.0)
+    assert times[-1] - times[0] == pytest.approx(ARDRONE2_360P.readout_s * 359 / 360)
+    np.testing.assert_array_equal(row_time(GAZEBO, 2.0, rows), 2.0)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"readout_s": -0.01},
+        {"exposure_s": float("nan")},
+        {"gamma": 0.0},
+        {"drop_share": 1.0},
+        {"blur_px": float("inf")},
+        {"camera_pitch_deg": 200.0},
+        {"frames_per_second": 0.0},
+        {"delay_s": (0.2, 0.1)},
+        {"delay_s": (float("nan"), 0.1)},
+        {"focal_length_px": (0.0, 300.0)},
+        {"distortion": (float("nan"), 0.0, 0.0, 0.0, 0.0)},
+    ],
+    ids=str,
+)
+def test_a_camera_with_impossible_constants_is_refused_by_name(change):
+    (name,) = change
+    word = {"focal_length_px": "focal length", "distortion": "distortion"}.get(name, name)
+    with pytest.raises(InputError, match=word):
+        require_camera(replace(GAZEBO, **change))

@@ -180,7 +180,7 @@ def row_time(
     camera: Camera, frame_time: float, rows: Float[ndarray, "*batch"]
 ) -> Float[ndarray, "*batch"]:
     """Return when rows were exposed (middle, s), by Eq. (row); rows may be between pixels."""
-    return frame_time + ((rows + 0.5) / camera.height_px - 0.5) * camera.readout_s
+    return np.asarray(frame_time + ((rows + 0.5) / camera.height_px - 0.5) * camera.readout_s)
 
 
 def project(camera: Camera, points: Vector3) -> Pixels:

@@ -53,7 +53,6 @@ LIGHT_DIRECTION = (-0.60, 0.25, 0.76)  # to the light, world frame, unit length
 AMBIENT = 0.58
 BACK, FRONT, SIDE = F(court.ROOM_BACK), F(court.ROOM_FRONT), F(court.ROOM_HALF_WIDTH)
 POSITION, ROTATION, BALL_POSITION, TRACK_COLUMNS = 0, 3, 12, 15  # columns of a track
-GOLDEN, GOLDEN_SQUARED = 0.7548776662466927, 0.5698402909980532  # spread over the unit square
 
 
 class Shutter(NamedTuple):
@@ -265,7 +264,7 @@ def sample_ball(rays, row, column, moment):
         return F(cover), F(depth), F(light)
     cover, depth, light = 0.0, 0.0, 0.0
     for s in range(count):
-        offset = ((0.5 + s * GOLDEN) % 1.0, (0.5 + s * GOLDEN_SQUARED) % 1.0)
+        offset = ((s + 0.5) / count, (s * 3 % count + 0.5) / count)  # the mean is the middle
         share, far, bright = sample_instant(
             pixel, moment.balls[s], moment.light, SUB_MOVING, offset
         )
