@@ -27,10 +27,10 @@ def test_following_a_free_flight_is_flying_it():
 
 
 def test_a_followed_flight_solves_the_equation_of_motion():
-    def derivative(_, state):
+    def derivative(time, state):
         v = state[3:]
         pull = np.array([0.0, 0.0, -GRAVITY])
-        lift = AIR.magnus * np.cross(BALL.spin, v)
+        lift = AIR.magnus * np.exp(-AIR.spin_decay * time) * np.cross(BALL.spin, v)
         return np.r_[v, pull - AIR.drag * np.linalg.norm(v) * v + lift]
 
     start = np.r_[BALL.position, BALL.velocity]

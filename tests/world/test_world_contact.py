@@ -17,6 +17,7 @@ from rotorpong.world import _solid_kernels, court
 from rotorpong.world.contact import (
     Solids,
     advance,
+    advance_many,
     approach,
     drone_touches_court,
     fly_over_court,
@@ -25,7 +26,7 @@ from rotorpong.world.contact import (
     time_error,
 )
 from rotorpong.world.racket import HOME_BODY, HULL, RUBBER, Racket
-from rotorpong.world.solids import SOLIDS, parameters
+from rotorpong.world.solids import PARTS, SOLIDS, parameters
 
 TICK = 0.001
 VACUUM = Air(0.0, 0.0, 0.0)
@@ -207,7 +208,7 @@ def test_contacts_do_not_depend_on_where_the_flight_is_cut():
 
 def test_many_balls_fly_as_each_alone_bit_for_bit_and_in_any_legs():
     rng = np.random.default_rng(12)
-    throws, poses = random_throws(60, 90, rng)
+    throws, poses = random_throws(120, 90, rng)
     each = [Solids(air=Air(drag=d)) for d in rng.uniform(0.1, 0.2, len(throws))]
     for solids in (Solids(), each):
         paths, contacts = advance_many(throws, 0.25, poses, solids)
@@ -288,7 +289,7 @@ def test_states_and_tracks_that_are_not_finite_are_refused():
         lambda: advance(lost, 0.0, poses, Solids()),
         lambda: fly_over_court(lost, 3, Solids()),
         lambda: approach(lost, -1.65, Solids()),
-        lambda: advance(thrown, 0.0, poses * np.inf, Solids()),
+        lambda: advance(thrown, 0.0, np.full_like(poses, np.inf), Solids()),
         lambda: advance_many(thrown[None], 0.0, poses[None], [Solids(), Solids()]),
     ):
         with pytest.raises(InputError, match="expected"):

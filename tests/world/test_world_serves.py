@@ -4,14 +4,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rotorpong.conventions import BALL_RADIUS, UnsolvableServeError
+from rotorpong.conventions import BALL_RADIUS, InputError, UnsolvableServeError
 from rotorpong.physics.ball import Air, Surface
 from rotorpong.world import court
 from rotorpong.world.contact import Solids, approach, fly_over_court, state_of
 from rotorpong.world.racket import HOME_BLADE
 from rotorpong.world.serves import (
+    HARD,
     HUMAN,
+    KINDS,
+    LOB,
     PLANE_X,
+    Serve,
     crossing,
     draw,
     draw_at,
@@ -241,3 +245,60 @@ def test_a_serve_that_can_never_be_legal_cannot_be_varied():
     away = replace(SAMPLE[0].ball, velocity=np.array([3.0, 0.0, 0.0]))
     with pytest.raises(UnsolvableServeError, match="constant"):
         vary(replace(SAMPLE[0], ball=away), np.random.default_rng(0))
+
+
+OTHERS = {
+    kind.name: [draw(kind, np.random.default_rng(seed)) for seed in range(60)]
+    for kind in (HARD, LOB)
+}
+
+
+@pytest.mark.parametrize("kind", [HARD, LOB], ids=lambda kind: kind.name)
+def test_hard_serves_and_lobs_meet_their_targets_by_their_rules(kind):
+    serves = OTHERS[kind.name]
+    for serve in serves:
+        time, there = crossing(serve)
+        left, up = serve.target
+        place = [PLANE_X, HOME_BLADE[1] + left, HOME_BLADE[2] + up]
+        assert there[:3] == pytest.approx(place, abs=1e-6)
+        assert obeys_rules(serve, bounces=kind.bounces)
+        assert not obeys_rules(serve, bounces=1 - kind.bounces)
+        assert 0.4 < time < 1.4
+    lefts = np.array([serve.target[0] for serve in serves])
+    assert np.abs(lefts).max() <= kind.target_left[1]
+    assert np.abs(lefts).max() > 0.8 * kind.target_left[1]
+
+
+def test_hard_serves_spin_more_and_lobs_fall_steeply():
+    assert columns("spin", OTHERS["hard"])[:, [0, 2]].std() > 2 * columns("spin")[:, [0, 2]].std()
+    falls = [crossing(serve)[1] for serve in OTHERS["lob"]]
+    angle = np.median([math.atan2(-state[5], -state[3]) for state in falls])
+    assert angle == pytest.approx(math.radians(45.0), abs=math.radians(8.0))
+
+
+def test_a_lob_is_the_lower_of_its_arcs():
+    for serve in OTHERS["lob"][:10]:
+        ball = serve.ball
+        lower = []
+        for up in np.arange(-4.0, ball.velocity[2] - 0.02, 0.1):
+            thrown = replace(ball, velocity=np.array([*ball.velocity[:2], up]))
+            time, there, contacts = approach(state_of(thrown), PLANE_X, Solids())
+            if time is not None and not contacts:
+                lower.append(there[2] - HOME_BLADE[2] - serve.target[1])
+        assert max(lower, default=-1.0) < 0.0  # every lower throw passes below
+
+
+def test_kinds_are_known_by_name():
+    assert list(KINDS) == ["human", "hard", "lob"]
+
+
+def test_a_serve_of_impossible_constants_is_refused():
+    ball = SAMPLE[0].ball
+    lost = replace(ball, spin=np.array([0.0, math.nan, 0.0]))
+    for make, named in (
+        (lambda: Serve(ball, air=Air(drag=-0.1)), "drag"),
+        (lambda: Serve(ball, table=Surface(1.2, 0.2)), "table"),
+        (lambda: Serve(lost), "finite"),
+    ):
+        with pytest.raises(InputError, match=named):
+            make()

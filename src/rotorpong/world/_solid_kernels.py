@@ -31,6 +31,7 @@ START, END, PROBE, OTHER, LAUNCHED, PLACE, ACROSS, SPEED, POINT, ROTATION = rang
 WORK_ROWS = ROTATION + 3  # in one array: each array that a kernel is handed costs a count
 FLAT = 0.999  # of a normal: off a flat side, not an edge
 HALF_POST = 0.5 * POST_WIDTH
+POST_SIDE = NET_HALF_LENGTH - 1e-6  # its inner face is touched at the very length of the net
 HALF_TABLE = 0.5 * TABLE_THICKNESS
 HALF_NET = 0.5 * NET_HEIGHT
 TAPE_HEIGHT = NET_HEIGHT - NET_TAPE_HEIGHT
@@ -202,7 +203,7 @@ def part_of(solid, forward, up, work):
     if solid == TABLE:
         return 0 if work[ACROSS, 2] > FLAT else (2 if work[ACROSS, 2] < -FLAT else 1)
     if solid == NET:
-        return 2 if abs(work[POINT, 1]) > NET_HALF_LENGTH else int(work[POINT, 2] > TAPE_HEIGHT)
+        return 2 if abs(work[POINT, 1]) > POST_SIDE else int(work[POINT, 2] > TAPE_HEIGHT)
     if solid == FLOOR:
         return 0
     if solid == BLADE:

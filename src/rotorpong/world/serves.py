@@ -16,8 +16,15 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from rotorpong.conventions import BALL_RADIUS, UnsolvableServeError
-from rotorpong.physics.ball import TABLE_SURFACE, Air, Ball, Surface
+from rotorpong.conventions import BALL_RADIUS, InputError, UnsolvableServeError
+from rotorpong.physics.ball import (
+    TABLE_SURFACE,
+    Air,
+    Ball,
+    Surface,
+    require_air,
+    require_surface,
+)
 from rotorpong.world import _serve_kernels
 from rotorpong.world.contact import BallState, approach, state_of
 from rotorpong.world.racket import HOME_BLADE
@@ -36,6 +43,13 @@ class Serve:
     air: Air = field(default_factory=Air)
     table: Surface = TABLE_SURFACE
     target: tuple[float, float] | None = None  # m, left and up of the home blade centre
+
+    def __post_init__(self) -> None:
+        """Raise InputError unless the ball can fly and bounce."""
+        require_air(self.air)
+        require_surface(self.table, "table")
+        if not np.isfinite(state_of(self.ball)).all():
+            raise InputError(f"serve of {self.ball}: expected finite position, velocity and spin")
 
 
 @dataclass(frozen=True, slots=True)
