@@ -53,13 +53,13 @@ def fly_leg(rows, flown, parameters, logs, ends):
 
 
 @kernel
-def judge_rows(rows, logs, codes, sizes, scratch, results):
+def judge_rows(rows, logs, codes, sizes, results):
     """Judge serves: renew `codes`; write miss distances (m) and lags (ticks) into `results`."""
     balls, poses, clocks = logs
     for m in range(rows.shape[0]):
         row = rows[m]
         end = clocks[row, FLOWN] + 1
-        code, miss, lag = judged(codes[row], balls[row, :end], poses[row, :end], sizes, scratch)
+        code, miss, lag = judged(codes[row], balls[row, :end], poses[row, :end], sizes)
         codes[row], results[0, row], results[1, row] = code, miss, lag
 
 

@@ -14,6 +14,7 @@ from rotorpong.world._solid_kernels import (
     HULL,
     blade_gap,
     body_point,
+    make_work,
     pose_between,
 )
 from rotorpong.world.court import (
@@ -83,7 +84,7 @@ def hull_in_court(x, y, z, hull):
 
 
 @kernel
-def judged(code, balls, track, sizes, centres):
+def judged(code, balls, track, sizes):
     """Return the final code of a serve that is over, its miss distance (m) and its lag (ticks).
 
     The miss distance is the least gap between ball and blade at the ticks. The lag is the
@@ -95,11 +96,10 @@ def judged(code, balls, track, sizes, centres):
         balls: (n, 9) states of the ball.
         track: (n, 7) poses of the drone.
         sizes: of the racket: half axes and place.
-        centres: (n, 3) or more, scratch.
     """
     if code == HIT:
         return code, 0.0, 0
-    miss = max(least_gap(balls, track, racket_of(sizes), centres), 0.0)
+    miss = max(least_gap(balls, track, racket_of(sizes)), 0.0)
     lag = lateness(balls, track, sizes, LONGEST_LAG)
     if code == MISSED and (miss < NEAR_DISTANCE or abs(lag) <= NEAR_LAG):
         return NEARLY_HIT, miss, lag
@@ -107,13 +107,13 @@ def judged(code, balls, track, sizes, centres):
 
 
 @kernel
-def least_gap(balls, track, racket, centres):
+def least_gap(balls, track, racket):
     """Return the least gap between ball and blade over all ticks, m.
 
     Instants that cannot matter are passed over: the blade lies in a ball about its centre.
     """
-    rotation, position, body = np.empty((3, 3)), np.empty(3), np.empty(3)
-    blade_centres(track, racket, rotation, position, centres)
+    work, centres = make_work(), np.empty((track.shape[0] + 2, 3))
+    blade_centres(track, racket, work, centres)
     reach = max(racket.half_width, racket.half_height) + BALL_RADIUS + SLACK
     nearest, closest = 0, np.inf
     for k in range(balls.shape[0]):
@@ -125,9 +125,9 @@ def least_gap(balls, track, racket, centres):
         k = nearest if turn < 0 else turn
         if distance(balls[k], centres[k]) - reach > least:
             continue
-        pose_between(track, k, 0.0, rotation, position)
-        body_point(balls[k, 0], balls[k, 1], balls[k, 2], rotation, position, body)
-        least = min(least, blade_gap(body, racket))
+        pose_between(track, k, 0.0, work)
+        x, y, z = body_point(balls[k, 0], balls[k, 1], balls[k, 2], work)
+        least = min(least, blade_gap(x, y, z, racket))
     return least
 
 

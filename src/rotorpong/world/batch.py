@@ -259,8 +259,7 @@ class ServeBatch:
             self._contacts[rows[m]].extend(contacts[m, : counts[m]].copy())
         ended = rows[self._codes[rows] != rules.PLAYING]
         if len(ended):
-            scratch = np.empty((LONGEST_SERVE + 1, 3))
-            kernels.judge_rows(ended, self._logs, self._codes, self._sizes, scratch, self._judged)
+            kernels.judge_rows(ended, self._logs, self._codes, self._sizes, self._judged)
 
     def _solids_of(self, serve: Serve) -> Solids:
         return self._solids._replace(air=serve.air, table=serve.table)

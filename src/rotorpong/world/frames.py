@@ -1,8 +1,8 @@
 """When the frames of a serve are exposed and when they arrive, in ticks of the world.
 
-Frame k is exposed at phase + k periods and arrives a delay later, which is constant in a serve, plus
-its own jitter, and not before it is exposed to its end. Lost frames are left out. One serve and a
-batch of them take their frames from here.
+Frame k is exposed at phase + k periods and arrives a delay later, which is constant in a serve,
+plus its own jitter, and not before it is exposed to its end. Lost frames are left out. One serve
+and a batch of them take their frames from here.
 """
 
 import math

@@ -61,10 +61,7 @@ def judge(
         track: the drone's poses at the same ticks.
         racket: of the drone.
     """
-    scratch = np.empty((len(balls), 3))
-    code, miss, lag = kernels.judged(
-        ENDINGS.index(outcome), balls, track, sizes_of(racket), scratch
-    )
+    code, miss, lag = kernels.judged(ENDINGS.index(outcome), balls, track, sizes_of(racket))
     late = lag * TICK if abs(lag) <= kernels.LONGEST_LAG else None
     if code == kernels.HIT and contact is not None:
         return Verdict("hit", math.hypot(*contact.blade_point), contact.time), miss, late
