@@ -84,11 +84,15 @@ def wide_serves(index: int, rng: np.random.Generator, medium: Medium = PLAIN_MED
     return Serve(ball, medium.air, medium.table)
 
 
-class Commands:
-    """A player that flies by a rule: frame since the gate opened, generator -> command."""
+Rule = Callable[[int, np.random.Generator], Sequence[float] | np.ndarray]
+"""Frame since the gate opened, generator -> command."""
 
-    def __init__(self, rule: Callable[[int, np.random.Generator], Sequence[float]]) -> None:
-        """Fly by `rule`; None: send nothing at this frame."""
+
+class Commands:
+    """A player that flies by a rule."""
+
+    def __init__(self, rule: Rule) -> None:
+        """Fly by `rule`."""
         self._rule = rule
 
     def play(self, drone: Drone, eyes: Eyes, rng: np.random.Generator) -> None:
