@@ -115,3 +115,12 @@ def test_balls_fly_as_exactly_as_the_target_says():
     exact = [row for row in rows.values() if row.target is not None and row.better == "less"]
     unmet = [row.name for row in exact if not row.met and "ITTF" not in row.name]
     assert unmet == []
+
+
+def test_the_adapters_of_this_checkout_compare_with_a_peer():
+    peers.require()
+    rows = peers.rows(quick=True)
+    compared = [row.as_json() for row in rows if row.peer is not None]
+    assert len(compared) >= 2
+    assert all(row["ratio"] > 0.0 for row in compared)
+    assert "mujoco" in compared[0]["peer"]

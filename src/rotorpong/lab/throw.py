@@ -21,7 +21,15 @@ from rotorpong.drone import Player
 from rotorpong.experience import shipped_demonstrations
 from rotorpong.lab.evaluate import Knowledge, make_player
 from rotorpong.lab.footage import play_again
-from rotorpong.lab.report.cinema import FRAME_SIZE, Scenery, contact_sheet, shot
+from rotorpong.lab.report.cinema import (
+    FRAME_SIZE,
+    LOST,
+    MARKS,
+    VERDICTS,
+    Scenery,
+    contact_sheet,
+    shot,
+)
 from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec, own_player, require_count
 from rotorpong.lab.trial import Stage
@@ -143,16 +151,26 @@ def _write_film(path: Path, scenery: Scenery, slow: float, tell: Progress) -> in
 
 
 def _write_animation(path: Path, scenery: Scenery, slow: float, tell: Progress) -> int:
-    pictures = _shots(scenery, ANIMATION_FPS, slow, tell)
-    palette, images = None, []
-    for picture in pictures:
-        image = _small(picture)
-        palette = palette or image.quantize(ANIMATION_COLOURS)
-        images.append(image.quantize(palette=palette, dither=Image.Dither.NONE))
+    palette = _palette(scenery)
+    images = [
+        _small(picture).quantize(palette=palette, dither=Image.Dither.NONE)
+        for picture in _shots(scenery, ANIMATION_FPS, slow, tell)
+    ]
     first, *others = images
     pause = round(1000 / ANIMATION_FPS)
     first.save(path, save_all=True, append_images=others, duration=pause, loop=0, optimize=False)
     return len(images)
+
+
+def _palette(scenery: Scenery) -> Image.Image:
+    """Return colours for all pictures: those of some, and of the marks, which are small in them."""
+    shots = [shot(scenery, share * scenery.duration) for share in (0.3, 0.6, 1.0)]
+    marks = np.array([*MARKS, *VERDICTS.values(), LOST, scenery.stage.setting.scene.ball])
+    swatches = np.repeat(marks.astype(np.uint8)[None, :, None], 80, axis=0).repeat(80, axis=2)
+    strip = np.zeros((80, FRAME_SIZE[0], 3), np.uint8)
+    strip[:, : 80 * len(marks)] = swatches.reshape(80, -1, 3)
+    stacked = np.vstack([*shots, strip])
+    return Image.fromarray(stacked[..., ::-1].copy()).quantize(ANIMATION_COLOURS)
 
 
 def _small(picture: Picture) -> Image.Image:

@@ -26,7 +26,8 @@ HEAD, FOOT, GAP = 52, 44, 4  # px
 FRAME_SIZE = (2 * WIDTH + GAP, HEAD + HEIGHT + FOOT)
 TRAIL_S = 0.30
 DARK, PALE, QUIET = (24, 22, 20), (240, 238, 236), (150, 146, 142)  # blue, green, red
-MARK = (255, 0, 255)
+MARK, CLOCK = (255, 0, 255), (60, 170, 255)
+MARKS = (MARK, CLOCK)
 VERDICTS = {"hit": (96, 190, 60), "near_hit": (40, 170, 240)}
 LOST = (80, 80, 225)
 WORDS = {"near_hit": "NEAR HIT", "hull": "ON THE HULL"}
@@ -197,7 +198,7 @@ def _draw_clock(picture: Picture, scenery: Scenery, time: float) -> None:
     y, x0, x1 = HEAD + HEIGHT + 9, 14, FRAME_SIZE[0] - 14
     here = x0 + round((x1 - x0) * min(time / scenery.duration, 1.0))
     cv2.line(picture, (x0, y), (x1, y), (70, 66, 62), 3, cv2.LINE_AA)
-    cv2.line(picture, (x0, y), (here, y), (60, 170, 255), 3, cv2.LINE_AA)
+    cv2.line(picture, (x0, y), (here, y), CLOCK, 3, cv2.LINE_AA)
     cv2.circle(picture, (here, y), 5, PALE, -1, cv2.LINE_AA)
     trigger = scenery.take.trigger
     if trigger is not None and scenery.stage.spec.player == "paper":

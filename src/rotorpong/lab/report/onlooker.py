@@ -23,9 +23,9 @@ from rotorpong.world.racket import HULL, Racket
 from rotorpong.world.render import Scene, ball_coverage, render
 
 WIDTH, HEIGHT = 640, 360
-FOCAL = 500.0  # px: a horizontal view of 65 degrees
-EYE = np.array([-3.15, -1.75, 0.80])
-TARGET = np.array([-0.75, 0.0, 0.20])
+FOCAL = 470.0  # px: a horizontal view of 69 degrees
+EYE = np.array([-2.2, -2.75, 0.75])  # where a blade hides no ball that it touches
+TARGET = np.array([-0.42, 0.0, 0.2])
 ONLOOKER = Camera("onlooker", WIDTH, HEIGHT, (FOCAL, FOCAL), (WIDTH / 2 - 0.5, HEIGHT / 2 - 0.5))
 FINER = 3
 LIGHT = np.array([-0.25, -0.45, 0.86])  # towards the lamps, unit length
