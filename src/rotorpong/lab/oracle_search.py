@@ -26,7 +26,8 @@ from rotorpong.lab.reachable import blade_centre, free_path, hull_size
 from rotorpong.physics.reach import Crossings, plate_crossings, repeated
 from rotorpong.physics.vehicle import Track, Vehicle
 from rotorpong.world.contact import TICK, Solids, advance, drone_touches_court
-from rotorpong.world.simulated_drone import FULL_FACE, Instant
+from rotorpong.world.judging import FULL_FACE
+from rotorpong.world.simulated_drone import Instant
 
 NEWTON_STEPS = 3
 NUDGE = 0.2  # share of the limits, for differences

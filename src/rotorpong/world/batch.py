@@ -206,6 +206,7 @@ class ServeBatch:
             ball_path=balls[:, :3].copy(),
             body_path=track[:, :3].copy(),
             blade_path=blade_path(track, self._racket),
+            attitude_path=track[:, 3:].copy(),
             contacts=tuple(map(contact_from_row, self._contacts[row])),
         )
 

@@ -15,6 +15,7 @@ from numpy import ndarray
 from rotorpong.drone import Outcome, Verdict
 from rotorpong.world import _judging_kernels as kernels
 from rotorpong.world._contact_kernels import CONTACT_COLUMNS, FACING, SOLID
+from rotorpong.world._judging_kernels import FULL_FACE as FULL_FACE
 from rotorpong.world._judging_kernels import LONGEST_SERVE as LONGEST_SERVE
 from rotorpong.world.contact import Contact, land, sizes_of
 from rotorpong.world.racket import Hull, Racket

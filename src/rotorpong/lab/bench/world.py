@@ -65,6 +65,10 @@ SECTIONS = (
     Section("ball", lambda order, tell: _module("ball_rows").rows(quick=order.quick)),
     Section("vehicle", lambda order, tell: _module("vehicle_rows").rows(quick=order.quick)),
     Section("world", lambda order, tell: _module("world_speed").rows(quick=order.quick)),
+    Section("render", lambda order, tell: _module("render_rows").rows()),
+    Section(
+        "reach", lambda order, tell: _module("reach_rows").rows(balls=50 if order.quick else 1000)
+    ),
     Section("batch", lambda order, tell: _module("batch_rows").rows()),
     Section(
         "flights",
