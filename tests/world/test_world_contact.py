@@ -492,7 +492,7 @@ def gaps(points, poses):
     return np.column_stack(everything) - BALL_RADIUS
 
 
-def between(before, after, parts=16):
+def between(before, after, parts=10):
     """Return positions and poses within steps (state and pose) without a contact, by Hermite."""
     f = (np.arange(1, parts) / parts)[None, :, None]
     p, q = before[:, None, :3], after[:, None, :3]
@@ -512,7 +512,7 @@ def energies(velocity, spin, surface_velocity):
 def test_no_ball_of_100_000_enters_or_passes_a_solid_or_gains_energy():
     rng, touched, balls, looked = np.random.default_rng(8), np.zeros(len(SOLIDS)), 0, 0
     while balls < 100_000:
-        throws, poses = random_throws(8000, 24, rng)
+        throws, poses = random_throws(8000, 18, rng)
         balls += len(throws)
         states, flying, struck, contacts = flown(throws, poses)
         touched += np.bincount(contacts[:, kernels.SOLID].astype(int), minlength=len(SOLIDS))
