@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from rotorpong.conventions import InputError
+from rotorpong.conventions import InputError, UnsolvableServeError
 from rotorpong.drone import HOVER
 from rotorpong.lab.evaluate import evaluate
 from rotorpong.lab.randomize import (
@@ -20,10 +20,11 @@ from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import VEHICLES, Spec
 from rotorpong.lab.trial import Stage, meet
 from rotorpong.physics.ardrone2 import ARDRONE2
+from rotorpong.physics.ball import Air, Surface
 from rotorpong.physics.camera import ARDRONE2_720P, GAZEBO
 from rotorpong.physics.vehicle import TUM_GAZEBO
 from rotorpong.vision import PaperEyes
-from rotorpong.world.serves import crossing, obeys_rules
+from rotorpong.world.serves import HUMAN, Medium, crossing, draw_at, obeys_rules
 
 REAL = Spec("hover", vehicle="ardrone2", camera="ardrone2_720p", randomize=True)
 
@@ -76,6 +77,25 @@ def test_every_serve_is_solved_for_its_own_ball(serves):
             assert state[1:3] == pytest.approx(np.add(serve.target, (0.0, 0.35)), abs=1e-4)
 
 
+def test_a_ball_that_cannot_be_thrown_at_the_target_is_drawn_again():
+    """No serve of seed 0 reaches this target with a ball so slow on a table so dead."""
+    dead = Medium(Air(0.11, 0.003), Surface(0.85, 0.15))
+    with pytest.raises(UnsolvableServeError):
+        draw_at(replace(HUMAN, medium=dead), (0.4, 0.2), rng())
+    tried = []
+
+    def serves(_, generator, medium):
+        tried.append(dead if not tried else medium)
+        return draw_at(replace(HUMAN, medium=tried[-1]), (0.4, 0.2), generator)
+
+    stage = Stage(REAL, REAL.setting(), serves, "evaluate")
+    generators = replace(trial_generators(0, "evaluate", 0), serve=rng())
+    serve, _ = meet(stage, 0, generators)
+    assert len(tried) >= 2
+    assert serve.target == (0.4, 0.2)
+    assert (serve.air, serve.table) == tried[-1] != dead
+
+
 def test_balls_cover_their_ranges_evenly():
     drawn = [draw_medium(rng(seed)) for seed in range(400)]
     for part, ranges in (("air", AIR_RANGES), ("table", TABLE_RANGES)):
@@ -117,10 +137,12 @@ def test_each_part_draws_from_a_stream_of_its_own():
     setting = Spec(vehicle="ardrone2").setting()
     one, ball = draw_trial(setting, rng(3))
     two, same_ball = draw_trial(replace(setting, vehicle=TUM_GAZEBO), rng(3))
-    assert ball == same_ball
+    first = ball()
+    assert first == same_ball()
     assert (one.camera, one.scene) == (two.camera, two.scene)
     other, other_ball = draw_trial(setting, rng(4))
-    assert ball != other_ball
+    assert first != other_ball()
+    assert first != ball()  # the next, where the first cannot be thrown
     assert len({one.camera, other.camera}) == len({one.scene, other.scene}) == 2
     assert one.vehicle != other.vehicle
     assert (one.racket, one.blackout) == (setting.racket, setting.blackout)

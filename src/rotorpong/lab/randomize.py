@@ -6,7 +6,7 @@ it comes from one generator of the trial, which each part of the world splits of
 a part that draws more does not change the others.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Protocol, runtime_checkable
 
@@ -45,8 +45,10 @@ class Randomizable(Protocol):
         ...
 
 
-def draw_trial(setting: Setting, rng: np.random.Generator) -> tuple[Setting, Medium]:
-    """Return what one trial really meets, and the ball that is thrown.
+def draw_trial(setting: Setting, rng: np.random.Generator) -> tuple[Setting, Callable[[], Medium]]:
+    """Return what one trial really meets, and what draws its ball.
+
+    A slow ball on a dead table cannot be thrown at every target; then the next is taken.
 
     Args:
         setting: the nominal.
@@ -62,7 +64,7 @@ def draw_trial(setting: Setting, rng: np.random.Generator) -> tuple[Setting, Med
         camera=draw_camera(setting.camera, camera_rng),
         scene=draw_looks(looks_rng, ball="orange"),  # the colour that eyes look for
     )
-    return drawn_setting, draw_medium(ball_rng)
+    return drawn_setting, lambda: draw_medium(ball_rng)
 
 
 def draw_medium(rng: np.random.Generator) -> Medium:

@@ -1,11 +1,14 @@
 """One serve played: world, eyes and player brought together, and what came of it."""
 
+import contextlib
+import copy
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rotorpong.conventions import UnsolvableServeError
 from rotorpong.drone import (
     BallEstimate,
     Drone,
@@ -20,8 +23,10 @@ from rotorpong.lab.randomize import draw_trial
 from rotorpong.lab.seeds import Generators, Purpose, trial_generators
 from rotorpong.lab.serving import ServeSource
 from rotorpong.lab.spec import Spec
-from rotorpong.world.serves import PLAIN_MEDIUM, Serve
+from rotorpong.world.serves import Medium, Serve
 from rotorpong.world.simulated_drone import Setting, SimulatedDrone, Truth
+
+MOST_BALLS = 20  # that are drawn for one serve
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,10 +115,11 @@ def play_trial(
 
 def meet(stage: Stage, index: int, generators: Generators) -> tuple[Serve, SimulatedDrone]:
     """Return serve `index` and the drone that hovers there at the instant of its release."""
-    setting, medium = stage.setting, PLAIN_MEDIUM
     if stage.spec.randomize:
-        setting, medium = draw_trial(setting, generators.world)
-    serve = stage.serves(index, generators.serve, medium)
+        setting, draw_ball = draw_trial(stage.setting, generators.world)
+        serve = _thrown(stage.serves, index, generators.serve, draw_ball)
+    else:
+        setting, serve = stage.setting, stage.serves(index, generators.serve)
     drone = SimulatedDrone(
         serve,
         setting,
@@ -127,6 +133,16 @@ def new_drone(stage: Stage, index: int) -> SimulatedDrone:
     """Return the drone of serve `index` at the instant of the release, as every player meets it."""
     generators = trial_generators(stage.spec.seed, stage.purpose, index)
     return meet(stage, index, generators)[1]
+
+
+def _thrown(
+    serves: ServeSource, index: int, rng: np.random.Generator, draw_ball: Callable[[], Medium]
+) -> Serve:
+    """Return the serve with the first ball that can be thrown so; the target stays as drawn."""
+    for _ in range(MOST_BALLS - 1):
+        with contextlib.suppress(UnsolvableServeError):
+            return serves(index, copy.deepcopy(rng), draw_ball())
+    return serves(index, rng, draw_ball())
 
 
 def _error_of(
