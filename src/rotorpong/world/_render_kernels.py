@@ -46,9 +46,7 @@ from rotorpong.world._pixel_kernels import (
 from rotorpong.world._room_kernels import room
 
 WHITEST = F(255)
-SUB, SUB_MOVING = np.array(
-    [6, 3]
-)  # samples along each side of a pixel: of a ball at rest, at each instant
+SUB, SUB_MOVING = np.array([6, 4])  # samples along a pixel's side: at rest, at each instant
 LIGHT_DIRECTION = (-0.60, 0.25, 0.76)  # to the light, world frame, unit length
 AMBIENT = 0.58
 BACK, FRONT, SIDE = F(court.ROOM_BACK), F(court.ROOM_FRONT), F(court.ROOM_HALF_WIDTH)

@@ -258,11 +258,15 @@ class SimulatedDrone:
     def _exposed(self, tick: int) -> Callable[[Box | None], Picture]:
         camera, scene, log = self.camera, self._setting.scene, self._log
         first, last = max(tick - self._half, 0), min(tick + self._half, log.ticks)
-        eyes, axes = eye_of(camera, log.track[first : last + 1])
-        balls = log.ball[first : last + 1, :3].copy()
-        motion = Motion(first * TICK, TICK, eyes, axes, balls)
+        track, balls = (rows[first : last + 1].copy() for rows in (log.track, log.ball))
         key = (self._noise_key, tick)
-        return lambda box: expose(camera, motion, tick * TICK, scene, key=key, region=box)
+
+        def make(box: Box | None) -> Picture:
+            eyes, axes = eye_of(camera, track)
+            motion = Motion(first * TICK, TICK, eyes, axes, balls[:, :3])
+            return expose(camera, motion, tick * TICK, scene, key=key, region=box)
+
+        return make
 
     def _eye(self, tick: int) -> tuple[Float[ndarray, "3"], Float[ndarray, "3 3"]]:
         return eye_of(self.camera, self._log.track[tick])
