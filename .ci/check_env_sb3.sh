@@ -1,6 +1,6 @@
 #!/bin/bash
 # Optional: Stable-Baselines3's own check of the environments, in a virtual environment of its own
-# (about 1 GB with torch). Any warning is an error.
+# (several GB with torch, as the index serves it). Any warning is an error.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 work=$(mktemp -d)
