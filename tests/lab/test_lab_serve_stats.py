@@ -40,7 +40,7 @@ def test_hover_hits_what_evaluate_says_it_hits(human):
     hits = sum(result.outcome == "hit" for result in evaluate(Spec("hover"), 16))
     assert human["hover_hit_rate"] == hits / 16
     assert human["hover_hit_rate_interval"] == wilson_interval(hits, 16)
-    assert human["share_reachable"] is None
+    assert human["share_reachable"] == 1.0
 
 
 def test_constant_serves_vary_less_than_human_ones(human):

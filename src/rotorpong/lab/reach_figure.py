@@ -31,14 +31,14 @@ COLOURS = colormaps["viridis"](np.linspace(0.85, 0.1, len(TIMES)))
 
 def reach_figure() -> Figure:
     """Draw the reach of both vehicles."""
-    figure = Figure(figsize=(9.0, 4.6), layout="constrained")
+    figure = Figure(figsize=(9.0, 2.9), layout="constrained")
     axes = figure.subplots(1, len(DRAWN), sharex=True, sharey=True)
     for ax, name in zip(axes, DRAWN, strict=True):
         _draw(ax, VEHICLES[name])
         ax.set_title(name)
         ax.set_xlabel("left of home, m")
     axes[0].set_ylabel("above home, m")
-    axes[0].legend(loc="lower left", fontsize=8, framealpha=1.0)
+    axes[0].legend(loc="lower center", fontsize=7, ncols=5, columnspacing=0.8, framealpha=1.0)
     return figure
 
 
@@ -76,8 +76,8 @@ def _draw(ax: Axes, vehicle: Vehicle) -> None:
     window = Rectangle((-TARGETS[0], -TARGETS[1]), 2 * TARGETS[0], 2 * TARGETS[1], fill=False)
     window.set(linestyle="--", edgecolor="black", zorder=20.0, label="targets of human serves")
     ax.add_patch(window)
-    ax.set_xlim(2.2, -2.2)
-    ax.set_ylim(-1.3, 1.3)
+    ax.set_xlim(1.7, -1.7)
+    ax.set_ylim(-0.9, 0.7)
     ax.set_aspect("equal")
     ax.grid(visible=True, color="0.9")
     ax.set_axisbelow(True)

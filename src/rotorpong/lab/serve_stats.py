@@ -32,8 +32,8 @@ def serve_stats(
     source, camera = serve_source(spec.serves, spec.seed), spec.camera_profile()
     serves = [source(i, trial_generators(spec.seed, "evaluate", i).serve) for i in range(balls)]
     views = [_view(serve, camera) for serve in serves]
-    outcomes = [result.outcome for result in evaluate(spec, balls, progress=progress)]
-    hits = outcomes.count("hit")
+    results = evaluate(spec, balls, progress=progress)
+    hits = sum(result.outcome == "hit" for result in results)
     return {
         "serves": spec.serves,
         "camera": spec.camera_name,
@@ -46,7 +46,7 @@ def serve_stats(
         "last_sight_before_contact_s": _quantiles([view["blind"] for view in views]),
         "hover_hit_rate": rate(hits, balls),
         "hover_hit_rate_interval": wilson_interval(hits, balls),
-        "share_reachable": None,
+        "share_reachable": rate(sum(result.reachable for result in results), balls),
     }
 
 
