@@ -44,7 +44,7 @@ def main() -> None:
     """Build what is missing and measure."""
     if len(sys.argv) != 2:
         sys.exit("usage: python benchmarks/crazyflow_worlds.py FOLDER")
-    folder = Path(sys.argv[1])
+    folder = Path(sys.argv[1]).absolute()
     python = folder / ("bin/python" if os.name == "posix" else "Scripts/python.exe")
     if not python.exists():
         venv.create(folder, with_pip=True)
@@ -53,7 +53,8 @@ def main() -> None:
     environment = {**os.environ, **one_thread, "JAX_PLATFORMS": "cpu"}
     environment.pop("PYTHONPATH", None)
     command = [str(python), "-c", MEASURE, *map(str, WORLDS)]
-    sys.exit(subprocess.run(command, env=environment, check=False).returncode)
+    done = subprocess.run(command, env=environment, cwd=folder, check=False)  # its log stays there
+    sys.exit(done.returncode)
 
 
 if __name__ == "__main__":

@@ -49,7 +49,7 @@ def draw_growth(folder: Path, *, quick: bool = False) -> tuple[Path, ...]:
     for measure in (_balls, _trials, _pixels, _workers):
         growth = measure(quick=quick)
         path = folder / f"growth_{growth.name}.png"
-        _drawn(growth).savefig(path, dpi=110)
+        drawn(growth).savefig(path, dpi=110)
         paths.append(path)
     return tuple(paths)
 
@@ -109,7 +109,8 @@ def _workers(*, quick: bool) -> Growth:
     return Growth("workers", label, "wall time, s", sizes, seconds)
 
 
-def _drawn(growth: Growth) -> Figure:
+def drawn(growth: Growth) -> Figure:
+    """Return the figure of what was measured."""
     sizes, seconds = np.array(growth.sizes, float), np.array(growth.seconds)
     with mpl.rc_context(STYLE):  # pyright: ignore[reportArgumentType]
         figure = Figure(figsize=(5.4, 3.6), layout="constrained")
