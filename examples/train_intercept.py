@@ -136,9 +136,15 @@ def learn(
     rng = np.random.default_rng(0)
     search = Cma(OUTPUTS * FEATURES, population, FIRST_STEP)
     training = gymnasium.make_vec(
-        "rotorpong/Intercept-v0", num_envs=population * balls, purpose="train", shaping=SHAPING
+        "rotorpong/Intercept-v0",
+        num_envs=population * balls,
+        purpose="train",
+        shaping=SHAPING,
+        tell_reachable=False,
     )
-    test = gymnasium.make_vec("rotorpong/Intercept-v0", num_envs=test_balls, purpose="evaluate")
+    test = gymnasium.make_vec(
+        "rotorpong/Intercept-v0", num_envs=test_balls, purpose="evaluate", tell_reachable=False
+    )
     curve = [tested(test, search.mean, test_balls, generation=0, trained=0)]
     for generation in range(1, generations + 1):
         candidates = search.ask(population, rng)

@@ -15,6 +15,7 @@ from rotorpong.conventions import InputError
 from rotorpong.drone import VelocityCommand
 from rotorpong.lab.environments.arena import Place, arena
 from rotorpong.lab.environments.intercept import reward_of
+from rotorpong.lab.evaluate import evaluate
 from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec
 from rotorpong.lab.trial import Stage, play_trial
@@ -225,6 +226,20 @@ def test_what_is_reachable_is_told_by_whoever_can_tell():
 
     assert replace(game, reach=soon).reachable(Place(3, 1)) is True
     assert np.array_equal(released[0], game.cast(3, 1).serve.ball.position)
+
+
+def test_an_environment_tells_what_evaluate_calls_reachable():
+    env = gymnasium.make(INTERCEPT, serves="hard", vehicle="ardrone2")
+    told = []
+    for trial in range(12):
+        env.reset(seed=5, options={"trial": trial})
+        over = False
+        while not over:
+            _, _, over, _, info = env.step(np.zeros(4, np.float32))
+        told.append(info["reachable"])
+    spec = Spec(player="hover", serves="hard", vehicle="ardrone2", seed=5)
+    assert told == [result.reachable for result in evaluate(spec, 12)]
+    assert set(told) == {True, False}
 
 
 def test_importing_the_package_registers_the_environments_and_loads_nothing_heavy():

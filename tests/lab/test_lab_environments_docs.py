@@ -34,7 +34,8 @@ def test_every_environment_is_documented_and_every_documented_one_exists():
 def test_every_argument_and_info_key_is_documented():
     env = gymnasium.make("rotorpong/Primitive-v0").unwrapped
     _, info = env.reset(seed=0)
-    for name in (*info, "vehicle", "camera", "serves", "racket", "purpose", "shaping", "eyes"):
+    arguments = ("vehicle", "camera", "serves", "racket", "purpose", "tell_reachable", "shaping")
+    for name in (*info, *arguments, "eyes"):
         assert f"`{name}`" in PAGE
 
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from rotorpong.conventions import InputError, require_seed
 from rotorpong.drone import Outcome
+from rotorpong.lab.reachable import is_reachable
 from rotorpong.lab.seeds import PURPOSES, Purpose, trial_generators
 from rotorpong.lab.serving import ServeSource, serve_source
 from rotorpong.lab.spec import Spec, require_choice, require_count
@@ -33,7 +34,7 @@ class Arena:
     spec: Spec
     setting: Setting
     purpose: Purpose
-    reach: Callable[[SimulatedDrone], bool] | None = None  # tells of a fresh drone; costs time
+    reach: Callable[[SimulatedDrone], bool] | None = None  # of a fresh drone; takes milliseconds
 
     def cast(self, seed: int, trial: int) -> Cast:
         """Return what trial `trial` of `seed` throws, and its noise."""
@@ -53,7 +54,7 @@ class Arena:
         return None if self.reach is None else self.reach(self.drone(place))
 
 
-def arena(
+def arena(  # noqa: PLR0913 - what environments are given
     vehicle: str | Vehicle,
     camera: str | Camera,
     serves: str,
@@ -61,6 +62,7 @@ def arena(
     *,
     purpose: str,
     eyes: str = "truth",
+    tell_reachable: bool = False,
 ) -> Arena:
     """Return the arena that an environment's arguments describe.
 
@@ -71,7 +73,8 @@ def arena(
     spec = Spec(
         player="hover", eyes=eyes, vehicle=vehicle, camera=camera, serves=serves, racket=racket
     ).check()
-    return Arena(spec, spec.setting(), cast("Purpose", purpose))
+    reach = is_reachable if tell_reachable else None
+    return Arena(spec, spec.setting(), cast("Purpose", purpose), reach)
 
 
 @dataclass(frozen=True, slots=True)

@@ -97,6 +97,7 @@ class InterceptEnv(gym.Env[Float32[ndarray, "18"], Float32[ndarray, "4"]]):
         serves: str = "human",
         racket: str = "cardboard",
         purpose: str = "evaluate",
+        tell_reachable: bool = True,
         shaping: float = 0.0,
         render_mode: str | None = None,
     ) -> None:
@@ -110,7 +111,9 @@ class InterceptEnv(gym.Env[Float32[ndarray, "18"], Float32[ndarray, "4"]]):
         self.render_mode = render_mode
         self.observation_space = box(OBSERVATION)
         self.action_space = box(ACTION)
-        self._arena = arena(vehicle, camera, serves, racket, purpose=purpose)
+        self._arena = arena(
+            vehicle, camera, serves, racket, purpose=purpose, tell_reachable=tell_reachable
+        )
         self._shaping = shaping
         self._limits = self._arena.setting.vehicle.limits
         self._place: Place | None = None

@@ -45,6 +45,7 @@ class InterceptVectorEnv(VectorEnv[Float32[ndarray, "n 18"], Float32[ndarray, "n
         serves: str = "human",
         racket: str = "cardboard",
         purpose: str = "evaluate",
+        tell_reachable: bool = True,
         shaping: float = 0.0,
     ) -> None:
         """Choose what is played; see docs/environments.md.
@@ -59,7 +60,9 @@ class InterceptVectorEnv(VectorEnv[Float32[ndarray, "n 18"], Float32[ndarray, "n
         self.single_observation_space, self.single_action_space = box(OBSERVATION), box(ACTION)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        self._arena = arena(vehicle, camera, serves, racket, purpose=purpose)
+        self._arena = arena(
+            vehicle, camera, serves, racket, purpose=purpose, tell_reachable=tell_reachable
+        )
         self._shaping = shaping
         self._limits = self._arena.setting.vehicle.limits
         self._places: list[Place] = []

@@ -66,6 +66,7 @@ class InterceptVisionEnv(gym.Env[Seen, Float32[ndarray, "4"]]):
         serves: str = "human",
         racket: str = "cardboard",
         purpose: str = "evaluate",
+        tell_reachable: bool = True,
         shaping: float = 0.0,
         render_mode: str | None = None,
     ) -> None:
@@ -77,7 +78,9 @@ class InterceptVisionEnv(gym.Env[Seen, Float32[ndarray, "4"]]):
         require_shaping(shaping)
         require_render_mode(render_mode)
         self.render_mode = render_mode
-        self._arena = arena(vehicle, camera, serves, racket, purpose=purpose)
+        self._arena = arena(
+            vehicle, camera, serves, racket, purpose=purpose, tell_reachable=tell_reachable
+        )
         eye = self._arena.setting.camera
         self._navdata_space = box(NAVDATA)
         self.observation_space = spaces.Dict(

@@ -92,6 +92,7 @@ class PrimitiveEnv(gym.Env[Float32[ndarray, "6"], Float32[ndarray, "7"]]):
         serves: str = "human",
         racket: str = "cardboard",
         purpose: str = "evaluate",
+        tell_reachable: bool = True,
         render_mode: str | None = None,
     ) -> None:
         """Choose what is played; see docs/environments.md.
@@ -102,7 +103,15 @@ class PrimitiveEnv(gym.Env[Float32[ndarray, "6"], Float32[ndarray, "7"]]):
         require_render_mode(render_mode)
         self.render_mode = render_mode
         self.observation_space, self.action_space = box(OBSERVATION), spaces.Box(-1.0, 1.0, (7,))
-        self._arena = arena(vehicle, camera, serves, racket, purpose=purpose, eyes=eyes)
+        self._arena = arena(
+            vehicle,
+            camera,
+            serves,
+            racket,
+            purpose=purpose,
+            tell_reachable=tell_reachable,
+            eyes=eyes,
+        )
         self._player = player_for(self._arena)
         self._place: Place | None = None
         self._serve: _Serve | None = None
