@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from rotorpong.drone import HOVER
+from rotorpong.lab.reachable import is_reachable
 from rotorpong.lab.seeds import trial_generators
 from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec
@@ -41,6 +42,8 @@ def warm_up(progress: Step | None = None) -> None:
     drone.command(HOVER)
     drone.truth()
     tell(2, STEPS)
+    rng = generators.player
+    is_reachable(SimulatedDrone(serve, spec.setting(), vehicle_rng=rng, sensor_rng=rng))
     if observation is not None:
         spec.make_eyes(drone).see(observation)
     tell(3, STEPS)
