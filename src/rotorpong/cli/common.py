@@ -25,7 +25,7 @@ class Match(Common):
     """Who plays against what."""
 
     player: str = "paper"
-    """hover, paper, or your own as FILE.py:CLASS."""
+    """hover, paper, oracle, or your own as FILE.py:CLASS."""
     eyes: str = "paper"
     """truth or paper."""
     vehicle: str = "tum_gazebo"

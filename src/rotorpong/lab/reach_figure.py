@@ -1,7 +1,7 @@
 """A figure of where each vehicle can bring its blade, by the time left.
 
 Filled: where the blade's centre came in flights of random commands that change at every third
-frame, seen from the table (left of the picture is the drone's right). Outline: the outer bound by
+frame, seen from behind the drone. Outline: the outer bound by
 which a serve is called unreachable, which holds the whole blade and its margin.
 """
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from rotorpong.drone import HOVER
+from rotorpong.lab.reachable import is_reachable
 from rotorpong.lab.seeds import trial_generators
 from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec
@@ -44,6 +45,8 @@ def warm_up(progress: Step | None = None) -> None:
     drone.truth()
     play_once(serve, spec.setting())
     tell(2, STEPS)
+    rng = generators.player
+    is_reachable(SimulatedDrone(serve, spec.setting(), vehicle_rng=rng, sensor_rng=rng))
     if observation is not None:
         spec.make_eyes(drone).see(observation)
     _take_frame(replace(spec, camera="ardrone2_360p"))

@@ -6,7 +6,6 @@ the oracle hits nearly all of the others. The kinds that players meet are nearly
 reach, so soundness is also tried on `wide` serves, which mostly are not.
 """
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -160,12 +159,11 @@ def _hits(stage: Stage, index: int, player: Player) -> bool:
 
 
 def _rows(name: str, count: Count) -> list[Row]:
-    tight = count.oracle_hits / count.reachable if count.reachable else math.nan
-    return [
-        Row(f"{name}: reachable", count.reachable / count.balls, "share"),
-        Row(f"{name}: oracle's hits of reachable", tight, "share", target=TIGHT),
-        _sound(name, count),
-    ]
+    found = [Row(f"{name}: reachable", count.reachable / count.balls, "share"), _sound(name, count)]
+    if count.reachable:
+        tight = count.oracle_hits / count.reachable
+        found.append(Row(f"{name}: oracle's hits of reachable", tight, "share", target=TIGHT))
+    return found
 
 
 def _sound(name: str, count: Count) -> Row:
