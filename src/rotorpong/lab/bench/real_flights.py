@@ -123,7 +123,7 @@ def restitution_of_drop(height: float, air: Air) -> float:
     """Return the restitution of a ball that drops 305 mm in air and rebounds to `height` (m)."""
     still = np.zeros((1, 3))
     landed, _ = fall(Ball(DROP * UP[None], still, still), air, 0.0, 1.0)
-    low, high = 0.5, 1.1
+    low, high = 0.5, 1.0
     for _ in range(DROP_STEPS):
         middle = 0.5 * (low + high)
         up = bounce(landed, UP, Surface(middle, 0.0))
