@@ -85,13 +85,13 @@ BAD = {
     "evaluate --seed -1": "seed -1: expected a whole number from 0 to 9223372036854775807",
     "evaluate --seed 99999999999999999999": "seed 99999999999999999999: expected",
     "evaluate --seed zero": "--seed: invalid literal for int()",
-    "evaluate --player nobody": "expected one of hover, paper, or your own as FILE.py:CLASS",
+    "evaluate --player nobody": "hover, paper, oracle, or your own as FILE.py:CLASS",
     "evaluate --player gone.py:Own": "no file 'gone.py'; expected FILE.py:CLASS",
     "evaluate --player syntax.py:Own": "SyntaxError",
     "evaluate --player empty:Own": "unknown player 'empty:Own'",
     "evaluate --eyes tracker": "unknown eyes 'tracker': expected one of truth, paper",
     "evaluate --vehicle crazyflie": "unknown vehicle 'crazyflie': expected one of tum_gazebo",
-    "evaluate --camera nikon": "camera 'nikon': expected one of gazebo, ardrone2_720p",
+    "evaluate --camera nikon": "camera 'nikon': expected one of gazebo, ardrone2_360p",
     "evaluate --camera damaged.json": "calibration damaged.json: is damaged JSON",
     "evaluate --camera empty": "calibration empty: cannot be read",
     "evaluate --serves smash": "serves 'smash': expected one of human, constant, hard, lob",
@@ -137,7 +137,7 @@ BAD = {
     "detect ball.png --colour pink": "unknown colour 'pink': expected one of orange, white",
     "detect ball.png --colour orange,": "unknown colour ''",
     "detect ball.png --eyes truth": "unknown eyes 'truth': expected one of paper",
-    "detect ball.png --camera nikon": "camera 'nikon': expected one of gazebo, ardrone2_720p",
+    "detect ball.png --camera nikon": "camera 'nikon': expected one of gazebo, ardrone2_360p",
     "detect ball.png --camera ardrone2_720p": "is calibrated for 1280 x 720",
     "detect ball.png --out text": "out 'text' is a file: expected a folder",
     "serves stats --balls 0": "balls 0: expected a whole number",
@@ -307,7 +307,7 @@ def test_help_is_on_stdout_and_status_0(capfd, line):
 
 def test_help_does_not_promise_what_does_not_exist(capfd):
     shown = "".join(ask(capfd, *line.split())[1] for line in ("--help", "evaluate --help"))
-    for later in ("--session", "--randomize", "reproduce", "cockpit", "tracker", "ardrone2_360p"):
+    for later in ("--session", "reproduce", "cockpit", "tracker", "interceptor", "mavlink"):
         assert later not in shown
 
 

@@ -74,7 +74,7 @@ def test_annotated_pictures_are_written_one_for_each(picture, tmp_path):
         ({"eyes": "truth"}, "unknown eyes 'truth': expected one of paper"),
         ({"colours": ("pink",)}, "unknown colour 'pink': expected one of orange, white"),
         ({"colours": ("orange", "")}, "unknown colour ''"),
-        ({"camera": "nikon"}, "camera 'nikon': expected one of gazebo, ardrone2_720p"),
+        ({"camera": "nikon"}, "camera 'nikon': expected one of gazebo, ardrone2_360p"),
         ({"camera": "ardrone2_720p"}, "calibrated for 1280 x 720"),
         ({"min_score": 1.5}, "minimum score 1.5; expected 0 to 1"),
         ({"min_score": float("nan")}, "minimum score nan"),

@@ -43,15 +43,19 @@ def test_vehicle_and_camera_are_names_or_objects():
 @pytest.mark.parametrize(
     ("field", "given", "message"),
     [
-        ("player", "nobody", "unknown player 'nobody': expected one of hover, paper, or your own"),
+        (
+            "player",
+            "nobody",
+            "unknown player 'nobody': expected one of hover, paper, oracle, or your own",
+        ),
         ("player", "", "unknown player ''"),
         ("player", "own.py", "unknown player 'own.py'"),
         ("player", "gone.py:Own", "no file 'gone.py'; expected FILE.py:CLASS"),
         ("eyes", "tracker", "unknown eyes 'tracker': expected one of truth, paper"),
         ("vehicle", "crazyflie", "unknown vehicle 'crazyflie': expected one of tum_gazebo"),
-        ("camera", "nikon", "camera 'nikon': expected one of gazebo, ardrone2_720p, or a calib"),
+        ("camera", "nikon", "camera 'nikon': expected one of gazebo, ardrone2_360p"),
         ("camera", "", "camera '': expected one of gazebo"),
-        ("serves", "smash", "serves 'smash': expected one of human, constant, or a CSV file"),
+        ("serves", "smash", "serves 'smash': expected one of human, constant, hard file"),
         ("serves", "", "serves '': expected one of human"),
         ("racket", "wood", "unknown racket 'wood': expected one of cardboard, rubber"),
         ("seed", -1, "seed -1: expected a whole number from 0 to 9223372036854775807"),

@@ -31,7 +31,7 @@ class Match(Common):
     vehicle: str = "tum_gazebo"
     """tum_gazebo, ardrone2, or ardrone2_raw."""
     camera: str = "gazebo"
-    """gazebo, ardrone2_720p, or your calibration as FILE."""
+    """gazebo, ardrone2_360p, ardrone2_720p, or your calibration as FILE."""
     serves: str = "human"
     """human, constant, hard, lob, or FILE.csv of serves or of a measured flight."""
 

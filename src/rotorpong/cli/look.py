@@ -17,7 +17,7 @@ class Detect(Common):
     path: Positional[tuple[Path, ...]]
     """Pictures, folders, videos."""
     camera: str | None = None
-    """gazebo, ardrone2_720p or a calibration FILE: adds positions in metres."""
+    """gazebo, ardrone2_360p, ardrone2_720p or a calibration FILE: adds positions in metres."""
     eyes: str = "paper"
     """paper."""
     colour: str = "orange"
@@ -78,7 +78,7 @@ class Stats(Common):
     serves: str = "human"
     """human, constant, hard, lob, or FILE.csv."""
     camera: str = "gazebo"
-    """gazebo, ardrone2_720p, or your calibration as FILE."""
+    """gazebo, ardrone2_360p, ardrone2_720p, or your calibration as FILE."""
     balls: int = 200
     """How many serves."""
 

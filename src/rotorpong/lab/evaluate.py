@@ -130,7 +130,7 @@ def remember_hits(player: PaperPlayer, trials: Sequence[Trial]) -> None:
 def _played(
     spec: Spec, knowledge: Knowledge, chunks: list[range], workers: int
 ) -> Generator[list[Result], None, None]:
-    ours = None if spec.is_own_player else _our_player(spec, knowledge)
+    ours = None if spec.is_own_player else player_of(spec, knowledge)
     if workers == 1 or len(chunks) < 2:
         yield from map(_Table(spec, ours).play, chunks)
         return
@@ -159,7 +159,7 @@ class _Table:
 
     def _result(self, index: int) -> Result:
         player = self._player()
-        watch = Gate if isinstance(player, Oracle) else Controls
+        watch = Gate if self._stage.spec.player == "oracle" else Controls
         truth = play_trial(self._stage, index, player, watch=watch).truth
         return Result(
             index,
@@ -184,7 +184,8 @@ def _play_here(chunk: range) -> list[Result]:
     return _here.play(chunk)
 
 
-def _our_player(spec: Spec, knowledge: Knowledge) -> Player:
+def player_of(spec: Spec, knowledge: Knowledge) -> Player:
+    """Return the spec's player, one of ours, with what it knows."""
     if spec.player == "oracle":
         return Oracle()
     return Hover() if spec.player == "hover" else make_player(spec, knowledge)

@@ -18,10 +18,13 @@ from rotorpong.drone import (
     Player,
     VelocityCommand,
 )
+from rotorpong.lab.oracle import Gate
 from rotorpong.lab.trial import Played, Stage, play_trial
 from rotorpong.physics.camera import in_picture
 from rotorpong.play.paper import PaperSettings
 from rotorpong.world.simulated_drone import SimulatedDrone
+
+_Seen = list[tuple[Observation, Float[ndarray, "3"]]]
 
 WELL_MOVED = 0.4  # m: a blade that went farther to its ball is no prettier
 
@@ -59,10 +62,11 @@ def play_again(stage: Stage, index: int, player: Player, *, look: bool = True) -
         player: with what it knew then.
         look: let fresh eyes look at every frame, also those that the player did not look at.
     """
-    watching: list[_Watched] = []
+    watching: list[_Watched | _WatchedGate] = []
 
     def watch(drone: SimulatedDrone) -> Drone:
-        watching.append(_Watched(drone))
+        door = _WatchedGate if stage.spec.player == "oracle" else _Watched
+        watching.append(door(drone))
         return watching[0]
 
     played = play_trial(stage, index, player, watch=watch)
@@ -101,14 +105,29 @@ class _Watched:
 
     def __init__(self, drone: SimulatedDrone) -> None:
         self.drone = drone
-        self.seen: list[tuple[Observation, Float[ndarray, "3"]]] = []
+        self.seen: _Seen = []
 
     def observe(self) -> Observation | None:
-        observation = self.drone.observe()
-        if observation is not None:
-            position, _ = self.drone.ball_in_camera(observation.frame_time)
-            self.seen.append((observation, position))
-        return observation
+        return _noted(self.drone.observe(), self.drone, self.seen)
 
     def command(self, velocity: VelocityCommand) -> VelocityCommand:
         return self.drone.command(velocity)
+
+
+class _WatchedGate(Gate):
+    """The same for a player that stands before a gate."""
+
+    def __init__(self, drone: SimulatedDrone) -> None:
+        super().__init__(drone)
+        self.seen: _Seen = []
+
+    def observe(self) -> Observation | None:
+        return _noted(super().observe(), self.drone, self.seen)
+
+
+def _noted(
+    observation: Observation | None, drone: SimulatedDrone, seen: _Seen
+) -> Observation | None:
+    if observation is not None:
+        seen.append((observation, drone.ball_in_camera(observation.frame_time)[0]))
+    return observation

@@ -19,7 +19,7 @@ from PIL import Image
 from rotorpong.conventions import InputError, Picture
 from rotorpong.drone import Player
 from rotorpong.experience import shipped_demonstrations
-from rotorpong.lab.evaluate import Knowledge, make_player
+from rotorpong.lab.evaluate import Knowledge, player_of
 from rotorpong.lab.footage import play_again
 from rotorpong.lab.report.cinema import (
     FRAME_SIZE,
@@ -33,7 +33,6 @@ from rotorpong.lab.report.cinema import (
 from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec, own_player, require_count
 from rotorpong.lab.trial import Stage
-from rotorpong.play.hover import Hover
 
 Progress = Callable[[int, int], None]
 Pictures = Iterator[Picture]
@@ -103,9 +102,7 @@ def check(index: int, out: Path, slow: float) -> None:
 def _player(spec: Spec, knowledge: Knowledge | None) -> Player:
     if spec.is_own_player:
         return own_player(spec.player)()
-    if spec.player == "hover":
-        return Hover()
-    return make_player(spec, knowledge or Knowledge(shipped_demonstrations()))
+    return player_of(spec, knowledge or Knowledge(shipped_demonstrations()))
 
 
 @contextlib.contextmanager
