@@ -7,7 +7,10 @@ from scipy import stats
 from scipy.spatial.transform import Rotation
 
 from rotorpong.conventions import InputError
+from rotorpong.drone import Navdata
+from rotorpong.geometry import euler_from_quaternion, rotation_from_quaternion
 from rotorpong.physics.ardrone2 import ARDRONE2
+from rotorpong.physics.noise import normal_samples, slow_samples
 from rotorpong.physics.vehicle import (
     NOISE_FREE_CASCADE,
     SCALED_NOISE,
@@ -64,6 +67,56 @@ def test_perfect_sensors_tell_what_scipy_derives_from_the_path():
     assert navdata.acceleration == pytest.approx(force, abs=1e-12)
     level = Rotation.from_euler("Z", yaw_pitch_roll[:, :1]).apply(track.velocity[at], inverse=True)
     assert navdata.velocity == pytest.approx(level, abs=1e-12)
+
+
+def read_slowly(sensors, track, first_tick):
+    """Return what `read` returns, in whole arrays: the equations of the module, by numpy."""
+    ticks = np.arange(first_tick, first_tick + len(track.position))
+    at = np.flatnonzero((ticks % 5 == 0) & (ticks > first_tick))
+    noise, times, first = sensors.noise, 0.001 * ticks[at], int(ticks[at[0]]) // 5
+    white = normal_samples(sensors.keys[0, ...], first, (len(at), 11))
+    messages = np.floor(times * noise.attitude_rate + 1e-6).astype(int)
+    drawn = normal_samples(sensors.keys[1, ...], 0, (int(messages[-1]) + 1, 2))[messages]
+    slow = slow_samples(sensors.keys[2, ...], times, noise.attitude_slow_time, 2)
+    attitude = euler_from_quaternion(track.quaternion[at])
+    yaw, seen = (
+        attitude[:, 2],
+        track.velocity if track.seen_velocity is None else track.seen_velocity,
+    )
+    x, y, up = seen[at].T
+    level = np.stack(
+        [np.cos(yaw) * x + np.sin(yaw) * y, np.cos(yaw) * y - np.sin(yaw) * x, up], axis=1
+    )
+    felt = (track.acceleration[at] + [0.0, 0.0, noise.gravity])[:, None]
+    force = (felt @ rotation_from_quaternion(track.quaternion[at]))[:, 0]
+    error = noise.attitude_white * drawn + sensors.attitude_bias + noise.attitude_slow * slow
+    attitude = attitude + np.column_stack([error, noise.heading_white * white[:, 9]])
+    x, y, z = track.position[at].T
+    over_table = (np.abs(x) <= 1.37) & (np.abs(y) <= 0.7625) & (z >= 0.0)
+    return Navdata(
+        times=times,
+        body_rates=track.body_rates[at] + sensors.gyro_bias + noise.gyro_white * white[:, :3],
+        acceleration=force + noise.acceleration_white * white[:, 3:6],
+        attitude=attitude,
+        velocity=level + sensors.velocity_bias + noise.velocity_white * white[:, 6:9],
+        height=np.where(over_table, z, z + 0.76) + noise.height_white * white[:, 10],
+        battery=np.maximum(0.0, noise.battery_charge - times / noise.battery_life),
+    )
+
+
+@pytest.mark.parametrize("first_tick", [0, 3, 1234])
+@pytest.mark.parametrize(
+    "noise", [NOISY, replace(NOISY, attitude_slow=0.02, attitude_rate=70.0), ARDRONE2.sensor_noise]
+)
+@pytest.mark.parametrize("vehicle", [TUM_GAZEBO, ARDRONE2])
+def test_the_kernel_reads_what_numpy_reads(vehicle, noise, first_tick):
+    state = vehicle.start(np.array([-1.9, 0.1, 0.2]), rng(1))
+    order = np.array([1.5, -1.0, 0.3, 1.0])
+    track = vehicle.advance(state, order, ticks=700, new_command=True)[1]
+    sensors = draw_sensors(noise, rng(first_tick))
+    fast, slow = read(sensors, track, first_tick), read_slowly(sensors, track, first_tick)
+    for f in fields(fast):
+        np.testing.assert_allclose(getattr(fast, f.name), getattr(slow, f.name), atol=1e-13, rtol=0)
 
 
 def test_a_quadrotor_without_drag_feels_thrust_along_its_own_axis_only():

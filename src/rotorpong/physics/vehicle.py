@@ -338,14 +338,20 @@ def flown(
         span: ticks, and whether the command is new.
         sees_late: whether the kernel fills `Track.seen_velocity` as well.
     """
-    batch = state.motion.shape[:-1]
-    parts = (state.motion, state.memory, state.counters)
-    rows = tuple(np.ascontiguousarray(part).reshape(-1, part.shape[-1]) for part in parts)
-    n, instants = len(rows[0]), span[0] + 1
-    tracks = [np.empty((n, instants, width)) for width in (3, 3, 4, 3, 3, 3)[: 5 + sees_late]]
-    outputs = (*(np.empty_like(part) for part in rows), *tracks)
-    keys = np.ascontiguousarray(state.keys).reshape(-1)
-    orders = np.ascontiguousarray(command, dtype=np.float64).reshape(-1, 4)
-    kernel(profile, (*rows, keys), orders, span, outputs)
-    motion, memory, counters, *track = (part.reshape(batch + part.shape[1:]) for part in outputs)
-    return VehicleState(motion, memory, counters, state.keys), Track(*track)
+    is_batch = state.motion.ndim > 1
+    parts = [np.ascontiguousarray(part) for part in (state.motion, state.memory, state.counters)]
+    orders = np.ascontiguousarray(command, dtype=np.float64)
+    if not is_batch:
+        parts, orders = [part[None] for part in parts], orders[None]
+    motions, memories, counters = parts
+    after = (np.empty(motions.shape), np.empty(memories.shape), np.empty(counters.shape, np.int64))
+    n, instants = len(motions), span[0] + 1
+    vectors = np.empty((4 + sees_late, n, instants, 3))
+    position, velocity, rates, acceleration, *seen = vectors
+    track = (position, velocity, np.empty((n, instants, 4)), rates, acceleration, *seen)
+    keys = np.ascontiguousarray(state.keys)  # of one vehicle as well a row
+    kernel(profile, (motions, memories, counters, keys), orders, span, (*after, *track))
+    if is_batch:
+        return VehicleState(*after, state.keys), Track(*track)
+    first = [part[0] for part in after]
+    return VehicleState(*first, state.keys), Track(*[part[0] for part in track])

@@ -23,6 +23,9 @@ def fly_leg(rows, flown, parameters, logs, ends):
         parameters: (n, k) numbers of the solids of each serve.
         logs: balls (n, :, 9), poses (n, :, 7), clocks (n, 2).
         ends: codes (n,), deciding contacts (n, 27), contacts of this leg (m, :, 27), counts (m,).
+
+    Returns:
+        -1, or the first row whose drone flew to where no number is; that and what follow wait.
     """
     positions, quaternions = flown
     balls, poses, clocks = logs
@@ -32,12 +35,16 @@ def fly_leg(rows, flown, parameters, logs, ends):
     for m in range(rows.shape[0]):
         row = rows[m]
         start = clocks[row, FLOWN]
-        track = poses[row, start : start + ticks + 1]
+        track, trace = poses[row, start : start + ticks + 1], 0.0
         for i in range(ticks + 1):
             for k in range(3):
                 track[i, k] = positions[m, i, k]
+                trace += 0.0 * positions[m, i, k]
             for k in range(4):
                 track[i, 3 + k] = quaternions[m, i, k]
+                trace += 0.0 * quaternions[m, i, k]
+        if trace != 0.0:  # nan, from a nan or an infinity
+            return row
         scene = scene_of(parameters[row])
         path = balls[row, start + 1 : start + ticks + 1]
         count = advance(
@@ -50,6 +57,7 @@ def fly_leg(rows, flown, parameters, logs, ends):
         if index >= 0:
             for k in range(deciding.shape[1]):
                 deciding[row, k] = contacts[m, index, k]
+    return -1
 
 
 @kernel

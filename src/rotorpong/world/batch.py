@@ -22,6 +22,7 @@ from rotorpong.world import _judging_kernels as rules
 from rotorpong.world._contact_kernels import CONTACT_COLUMNS
 from rotorpong.world.contact import (
     MOST_CONTACTS,
+    TRACK_LOST,
     contact_from_row,
     sizes_of,
     state_of,
@@ -249,13 +250,15 @@ class ServeBatch:
 
     def _fly_balls(self, rows: Rows, track: Track) -> None:
         contacts, counts = self._touched, self._touches
-        kernels.fly_leg(
+        lost = kernels.fly_leg(
             rows,
             (track.position, track.quaternion),
             self._parameters,
             self._logs,
             (self._codes, self._deciding, contacts, counts),
         )
+        if lost >= 0:
+            raise InputError(f"row {lost}: {TRACK_LOST}")
         for m in np.flatnonzero(counts[: len(rows)]):
             self._contacts[rows[m]].extend(contacts[m, : counts[m]].copy())
         ended = rows[self._codes[rows] != rules.PLAYING]

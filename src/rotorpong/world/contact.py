@@ -33,6 +33,7 @@ COARSE_TICK = 0.004  # s, for flights over the empty court
 Track = Float[ndarray, "instants 7"]  # position, quaternion
 BallState = Float[ndarray, "9"]  # position, velocity, spin
 Contacts = tuple["Contact", ...]
+TRACK_LOST = "track of the drone: expected finite poses"
 MOST_CONTACTS = 64  # of a piece of flight that are kept
 MOST_BOUNCES = 8  # after which a flight over the court is given up
 
@@ -101,9 +102,9 @@ def advance_many(
     Raises:
         InputError: a state or track that is not finite, impossible solids.
     """
-    _require_finite(states)
+    require_finite(states)
     if not np.isfinite(tracks).all():
-        raise InputError("track of the drone: expected finite poses")
+        raise InputError(TRACK_LOST)
     return _advance_many(states, start_time, tracks, solids, ticks=tracks.shape[1] - 1)
 
 
@@ -130,7 +131,7 @@ def approach(
         Time of the crossing (None: it never came), the state there (nan if not), and the contacts
         before.
     """
-    _require_finite(state)
+    require_finite(state)
     crossing, rows = np.full(9, np.nan), np.empty((MOST_BOUNCES, kernels.CONTACT_COLUMNS))
     numbers = parameters(solids._replace(tick=COARSE_TICK))
     time, count = kernels.approach(state.copy(), plane_x, longest, numbers, rows, crossing)
@@ -209,19 +210,20 @@ def _over_court(
     state: BallState, ticks: int, solids: Solids
 ) -> tuple[Float[ndarray, "ticks 9"], Contacts]:
     """Fly one ball where there is no drone."""
-    _require_finite(state)
+    require_finite(state)
     no_drone = np.empty((1, 0, 7))
     paths, contacts = _advance_many(state[None], 0.0, no_drone, solids, ticks=ticks)
     return paths[0], contacts[0]
 
 
-def _require_finite(
-    states: Float[ndarray, "*n 9"], tracks: Float[ndarray, "..."] | None = None
-) -> None:
+def require_finite(states: Float[ndarray, "*n 9"]) -> None:
+    """Refuse balls that must not enter the integrator.
+
+    Raises:
+        InputError: a state is not finite.
+    """
     if not np.isfinite(states).all():
         raise InputError(f"ball {states}: expected finite position, velocity and spin")
-    if tracks is not None and not np.isfinite(tracks).all():
-        raise InputError("track of the drone: expected finite poses")
 
 
 def sizes_of(racket: Racket) -> Float[ndarray, "5"]:

@@ -8,46 +8,21 @@ matches. One serve and a batch of them are judged by the same functions. World f
 
 import math
 
-import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
 from rotorpong.drone import Outcome, Verdict
 from rotorpong.world import _judging_kernels as kernels
-from rotorpong.world._contact_kernels import CONTACT_COLUMNS, FACING, SOLID
 from rotorpong.world._judging_kernels import FULL_FACE as FULL_FACE
 from rotorpong.world._judging_kernels import LONGEST_SERVE as LONGEST_SERVE
 from rotorpong.world.contact import Contact, land, sizes_of
-from rotorpong.world.racket import Hull, Racket
-from rotorpong.world.solids import SOLIDS, TICK, Solids
+from rotorpong.world.racket import Racket
+from rotorpong.world.solids import TICK, Solids
 
 ENDINGS: tuple[Outcome | None, ...] = (None, "hit", "hull", "fault", "miss", "near_hit")  # by code
 
 BallPath = Float[ndarray, "n 9"]
 Track = Float[ndarray, "instants 7"]
-
-
-def ending(
-    contacts: tuple[Contact, ...], path: BallPath, track: Track, ticks: int, hull: Hull
-) -> tuple[Outcome | None, Contact | None]:
-    """Tell whether and how a serve ended in a leg.
-
-    Args:
-        contacts: of the leg.
-        path: the ball's state after each of its ticks.
-        track: the drone's poses, the departure included.
-        ticks: flown since the release.
-        hull: of the drone.
-
-    Returns:
-        The outcome as far as the leg tells it (None: it goes on) and the contact that decided.
-    """
-    rows = np.zeros((len(contacts), CONTACT_COLUMNS))
-    for row, contact in zip(rows, contacts, strict=True):
-        row[SOLID] = SOLIDS.index(contact.solid)
-        row[FACING] = contact.facing
-    code, index = kernels.ending(rows, path, track, ticks, (hull.radius, hull.half_height))
-    return ENDINGS[code], contacts[index] if index >= 0 else None
 
 
 def judge(
@@ -56,7 +31,7 @@ def judge(
     """Return verdict, miss distance (m) and time error (s, positive: late) of a serve.
 
     Args:
-        outcome: as `ending` says.
+        outcome: as the kernel `ending` says.
         contact: which decided.
         balls: states at all ticks, the release included.
         track: the drone's poses at the same ticks.

@@ -20,18 +20,15 @@ import math
 from dataclasses import astuple, dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float, Int64, UInt64
+from jaxtyping import Float, UInt64
 from numpy import ndarray
 
 from rotorpong.conventions import InputError
 from rotorpong.drone import Navdata
-from rotorpong.geometry import euler_from_quaternion, rotation_from_quaternion
-from rotorpong.physics.noise import draw_keys, normal_samples, slow_samples
+from rotorpong.physics.noise import draw_keys
 from rotorpong.physics.vehicle import TICK, SensorNoise, Track
-from rotorpong.world.court import FLOOR_HEIGHT, TABLE_HALF_LENGTH, TABLE_HALF_WIDTH
+from rotorpong.world._navdata_kernels import NAVDATA_TICKS, measure
 
-NAVDATA_TICKS = 5  # 200 Hz, as both tum_simulator and the AR.Drone in full mode publish
-CHANNELS = 11  # gyro 0:3, accelerometer 3:6, flow 6:9, heading 9, sonar 10
 SLOW_STREAM = np.uint64(0x5DEECE66D)  # makes another key of the attitude's
 
 
@@ -40,11 +37,11 @@ class Sensors:
     """The sensors of one drone in one serve: all their errors, past and future."""
 
     noise: SensorNoise
-    key: UInt64[ndarray, ""]  # of what is white at 200 Hz
-    attitude_key: UInt64[ndarray, ""]
+    keys: UInt64[ndarray, "3"]  # of what is white at 200 Hz, of the attitude, of the slow attitude
     gyro_bias: Float[ndarray, "3"]  # rad/s
     attitude_bias: Float[ndarray, "2"]  # rad, roll and pitch
     velocity_bias: Float[ndarray, "3"]  # m/s
+    errors: Float[ndarray, "26"]  # all of the above but the keys, as the kernel takes them
 
 
 def draw_sensors(noise: SensorNoise, rng: np.random.Generator) -> Sensors:
@@ -62,14 +59,31 @@ def draw_sensors(noise: SensorNoise, rng: np.random.Generator) -> Sensors:
         raise InputError(f"{noise}: expected attitude_slow_time and battery_life > 0 s")
     if noise.battery_charge > 1.0:
         raise InputError(f"battery_charge {noise.battery_charge}: expected 0 to 1")
+    key, attitude_key = draw_keys(rng), draw_keys(rng)
+    gyro = _bias(noise.gyro_bias, noise.gyro_bias_limit, rng.standard_normal(3))
+    attitude = _bias(noise.attitude_bias, noise.attitude_bias_limit, rng.standard_normal(2))
+    velocity = noise.velocity_bias * rng.standard_normal(3)
     return Sensors(
         noise,
-        key=draw_keys(rng),
-        attitude_key=draw_keys(rng),
-        gyro_bias=_bias(noise.gyro_bias, noise.gyro_bias_limit, rng.standard_normal(3)),
-        attitude_bias=_bias(noise.attitude_bias, noise.attitude_bias_limit, rng.standard_normal(2)),
-        velocity_bias=noise.velocity_bias * rng.standard_normal(3),
+        keys=np.array([key, attitude_key, attitude_key ^ SLOW_STREAM]),
+        gyro_bias=gyro,
+        attitude_bias=attitude,
+        velocity_bias=velocity,
+        errors=np.array([*_sizes(noise), *gyro, *attitude, *velocity, *_rest(noise)]),
     )
+
+
+def _sizes(noise: SensorNoise) -> list[float]:
+    """Return the white noise of each channel."""
+    sizes = [noise.gyro_white] * 3 + [noise.acceleration_white] * 3 + [noise.velocity_white] * 3
+    return [*sizes, noise.heading_white, noise.height_white]
+
+
+def _rest(noise: SensorNoise) -> tuple[float, ...]:
+    """Return what the kernel knows by its place in `errors`, from ATTITUDE_WHITE on."""
+    attitude = (noise.attitude_white, noise.attitude_rate)
+    slow = (noise.attitude_slow, noise.attitude_slow_time)
+    return (*attitude, *slow, noise.gravity, noise.battery_charge, noise.battery_life)
 
 
 def _bias(size: float, limit: float, draw: Float[ndarray, "n"]) -> Float[ndarray, "n"]:
@@ -91,74 +105,12 @@ def read(sensors: Sensors, track: Track, first_tick: int, *, departure: bool = F
         departure: whether the departure itself is read. Where paths join, the arrival of the one
             is the departure of the next, and is read once.
     """
-    ticks = _sample_ticks(first_tick, len(track.position), departure=departure)
-    at = ticks - first_tick
-    white = _white(sensors, ticks)
-    rotation = rotation_from_quaternion(track.quaternion[at])
-    attitude = euler_from_quaternion(track.quaternion[at])
-    times = ticks * TICK
-    noise = sensors.noise
-    seen = track.velocity if track.seen_velocity is None else track.seen_velocity
-    return Navdata(
-        times=times,
-        body_rates=track.body_rates[at] + sensors.gyro_bias + white[:, 0:3],
-        acceleration=_specific_force(sensors, rotation, track.acceleration[at]) + white[:, 3:6],
-        attitude=attitude + _attitude_error(sensors, ticks, white[:, 9]),
-        velocity=_level(seen[at], attitude[:, 2]) + sensors.velocity_bias + white[:, 6:9],
-        height=_height(track.position[at]) + white[:, 10],
-        battery=np.maximum(0.0, noise.battery_charge - times / noise.battery_life),
-    )
-
-
-def _sample_ticks(first_tick: int, instants: int, *, departure: bool) -> Int64[ndarray, "n"]:
     earliest = first_tick if departure else first_tick + 1
     first = -(-earliest // NAVDATA_TICKS) * NAVDATA_TICKS
-    return np.arange(first, first_tick + instants, NAVDATA_TICKS, dtype=np.int64)
-
-
-def _white(sensors: Sensors, ticks: Int64[ndarray, "n"]) -> Float[ndarray, "n 11"]:
-    noise = sensors.noise
-    sizes = [noise.gyro_white] * 3 + [noise.acceleration_white] * 3 + [noise.velocity_white] * 3
-    sizes += [noise.heading_white, noise.height_white]
-    first = int(ticks[0]) // NAVDATA_TICKS if len(ticks) else 0
-    return np.array(sizes) * normal_samples(sensors.key, first, (len(ticks), CHANNELS))
-
-
-def _attitude_error(
-    sensors: Sensors, ticks: Int64[ndarray, "n"], heading: Float[ndarray, "n"]
-) -> Float[ndarray, "n 3"]:
-    messages = np.floor(ticks * TICK * sensors.noise.attitude_rate + 1e-6).astype(np.int64)
-    error = np.column_stack([np.zeros((len(ticks), 2)), heading])
-    if len(ticks):
-        first, last = int(messages[0]), int(messages[-1])
-        drawn = normal_samples(sensors.attitude_key, first, (last - first + 1, 2))
-        error[:, 0:2] = sensors.noise.attitude_white * drawn[messages - first]
-    error[:, 0:2] += sensors.attitude_bias
-    slow = sensors.noise.attitude_slow
-    if slow > 0.0:
-        key = np.asarray(sensors.attitude_key ^ SLOW_STREAM)
-        correlation_time = sensors.noise.attitude_slow_time
-        error[:, 0:2] += slow * slow_samples(key, ticks * TICK, correlation_time, 2)
-    return error
-
-
-def _specific_force(
-    sensors: Sensors, rotation: Float[ndarray, "n 3 3"], acceleration: Float[ndarray, "n 3"]
-) -> Float[ndarray, "n 3"]:
-    felt = acceleration + np.array([0.0, 0.0, sensors.noise.gravity])
-    return np.einsum("nij,ni->nj", rotation, felt)
-
-
-def _level(velocity: Float[ndarray, "n 3"], yaw: Float[ndarray, "n"]) -> Float[ndarray, "n 3"]:
-    cosine, sine = np.cos(yaw), np.sin(yaw)
-    x, y, up = velocity.T
-    return np.column_stack([cosine * x + sine * y, cosine * y - sine * x, up])
-
-
-def _height(position: Float[ndarray, "n 3"]) -> Float[ndarray, "n"]:
-    x, y, z = position.T
-    return np.where(_over_table(x, y) & (z >= 0.0), z, z - FLOOR_HEIGHT)
-
-
-def _over_table(x: Float[ndarray, "n"], y: Float[ndarray, "n"]) -> Bool[ndarray, "n"]:
-    return (np.abs(x) <= TABLE_HALF_LENGTH) & (np.abs(y) <= TABLE_HALF_WIDTH)
+    n = max(0, -(-(first_tick + len(track.position) - first) // NAVDATA_TICKS))
+    seen = track.velocity if track.seen_velocity is None else track.seen_velocity
+    flown = (track.position, seen, track.quaternion, track.body_rates, track.acceleration)
+    vectors = np.empty((4, n, 3))
+    out = (np.empty(n), *vectors, np.empty(n), np.empty(n))
+    measure(flown, first_tick, first, sensors.errors, sensors.keys, out)
+    return Navdata(*out)

@@ -6,8 +6,9 @@ under its command, then the ball among court and vehicle. When the serve is over
 it, is told by `judging`. What a player gets is an Observation; `truth` is for the laboratory.
 """
 
+import math
 from collections.abc import Callable, Sequence
-from dataclasses import astuple, dataclass, fields
+from dataclasses import dataclass, fields
 
 import numpy as np
 from jaxtyping import Float
@@ -15,7 +16,6 @@ from numpy import ndarray
 
 from rotorpong.conventions import InputError, Picture
 from rotorpong.drone import (
-    HOVER,
     Box,
     Frame,
     Navdata,
@@ -26,26 +26,35 @@ from rotorpong.drone import (
 )
 from rotorpong.geometry import rotation_from_quaternion
 from rotorpong.physics.camera import Camera, camera_from_body, require_camera
-from rotorpong.physics.vehicle import Vehicle, VehicleState
+from rotorpong.physics.vehicle import Track, Vehicle, VehicleState
+from rotorpong.world._batch_kernels import FLOWN, fly_leg
+from rotorpong.world._contact_kernels import CONTACT_COLUMNS
+from rotorpong.world._judging_kernels import HIT, HULL_TOUCHED
 from rotorpong.world.contact import (
+    MOST_CONTACTS,
     TICK,
+    TRACK_LOST,
     BallState,
     Contact,
     Solids,
-    advance,
+    contact_from_row,
+    require_finite,
     state_of,
 )
 from rotorpong.world.exposure import Motion, expose
 from rotorpong.world.frames import half_exposure, schedule
-from rotorpong.world.judging import LONGEST_SERVE, ending, judge, landing_of
+from rotorpong.world.judging import ENDINGS, LONGEST_SERVE, judge, landing_of
 from rotorpong.world.racket import HOME_BODY, Racket
 from rotorpong.world.render import Scene, render
 from rotorpong.world.sensors import draw_sensors, read
 from rotorpong.world.serves import Serve
+from rotorpong.world.solids import parameters
 from rotorpong.world.stream import Stream
 
 CARDBOARD_RACKET = Racket()
 PLAIN_SCENE = Scene()
+FIRST_ROW = np.zeros(1, np.int64)
+DECIDED = (HIT, HULL_TOUCHED)  # by a contact
 
 Tape = Sequence[tuple[float, VelocityCommand]]  # s, in order
 
@@ -111,16 +120,17 @@ class SimulatedDrone:
         self._serve = serve
         camera = require_camera(setting.camera)
         self._solids = Solids(air=serve.air, table=serve.table, racket=setting.racket)
-        self._log = _Log(serve)
+        self._log = _Log(serve, self._solids)
         self._vehicle_state = setting.vehicle.start(np.array(HOME_BODY), vehicle_rng)
+        self._limits = setting.vehicle.limits.tolist()
         self._sensors = draw_sensors(setting.vehicle.sensor_noise, sensor_rng)
         camera_rng = sensor_rng.spawn(1)[0]  # noise, jitter, drops: leaves the rest as it was
         self._noise_key = int(camera_rng.integers(2**62))
-        self._exposures, self._arrivals = schedule(camera, sensor_rng, camera_rng)
+        exposures, arrivals = schedule(camera, sensor_rng, camera_rng)
+        self._frames = iter(zip(exposures.tolist(), arrivals.tolist(), strict=True))
         self._half = half_exposure(camera)
         self._stream = Stream(camera) if camera.stream_mbit_s > 0.0 else None
-        self._frame = 0
-        self._command, self._new_command = HOVER, True
+        self._command, self._new_command = np.zeros(4), True
         self._tape = [(round(time / TICK), velocity) for time, velocity in tape]
         self._end: tuple[Outcome, Contact | None] | None = None
         self.last_navdata: Navdata | None = None  # what came after the last frame
@@ -129,8 +139,7 @@ class SimulatedDrone:
         """Let the world run until the next frame arrives; `None` when the serve is over."""
         if self._end is not None:
             return None
-        exposure, arrival = int(self._exposures[self._frame]), int(self._arrivals[self._frame])
-        self._frame += 1
+        exposure, arrival = next(self._frames)
         navdata = self._run(max(arrival - self._log.ticks, 1))
         if self._end is not None:
             self.last_navdata = navdata
@@ -148,13 +157,14 @@ class SimulatedDrone:
         Raises:
             InputError: a component is not finite; the drone goes on as before.
         """
-        given = np.array(astuple(velocity), dtype=float)
-        if not np.all(np.isfinite(given)):
+        given = (velocity.forward, velocity.left, velocity.up, velocity.yaw_rate)
+        if not all(map(math.isfinite, given)):
             raise InputError(f"command {velocity}: expected finite velocities in m/s and rad/s")
-        limits = self._setting.vehicle.limits
-        self._command = VelocityCommand(*np.clip(given, -limits, limits).tolist())
-        self._new_command = True
-        return self._command
+        within = [
+            min(max(float(v), -most), most) for v, most in zip(given, self._limits, strict=True)
+        ]
+        self._command, self._new_command = np.array(within), True
+        return VelocityCommand(*within)
 
     @property
     def camera(self) -> Camera:
@@ -223,20 +233,13 @@ class SimulatedDrone:
 
     def _leg(self, ticks: int) -> Navdata:
         """Let `ticks` pass under one command."""
-        log, start = self._log, self._log.ticks
         state, track = self._setting.vehicle.advance(
-            self._vehicle_state,
-            np.array(astuple(self._command)),
-            ticks=ticks,
-            new_command=self._new_command,
+            self._vehicle_state, self._command, ticks=ticks, new_command=self._new_command
         )
         self._vehicle_state, self._new_command = state, False
+        start = self._log.ticks
         navdata = read(self._sensors, track, start, departure=start == 0)
-        poses = np.concatenate([track.position, track.quaternion], axis=1)
-        path, contacts = advance(log.ball[start], start * TICK, poses, self._solids)
-        log.add(path, poses, contacts)
-        outcome, contact = ending(contacts, path, poses, log.ticks, self._solids.hull)
-        self._end = None if outcome is None else (outcome, contact)
+        self._end = self._log.fly(track)
         return navdata
 
     def _picture_at(self, tick: int) -> Frame:
@@ -251,9 +254,12 @@ class SimulatedDrone:
 
     def _sharp(self, tick: int) -> Callable[[Box | None], Picture]:
         camera, scene = self.camera, self._setting.scene
-        eye, axes = self._eye(tick)
-        ball = self._log.ball[tick, :3].copy()
-        return lambda box: render(camera, eye, axes, ball, scene, region=box)
+        pose, ball = self._log.track[tick].copy(), self._log.ball[tick, :3].copy()
+
+        def make(box: Box | None) -> Picture:
+            return render(camera, *eye_of(camera, pose), ball, scene, region=box)
+
+        return make
 
     def _exposed(self, tick: int) -> Callable[[Box | None], Picture]:
         camera, scene, log = self.camera, self._setting.scene, self._log
@@ -289,26 +295,47 @@ def _joined(parts: list[Navdata]) -> Navdata:
 
 
 class _Log:
-    """Ball states and poses of every tick so far."""
+    """Ball states and poses of every tick so far, kept and flown as a batch of one serve."""
 
-    def __init__(self, serve: Serve) -> None:
-        self.ball = np.empty((LONGEST_SERVE + 1, 9))
-        self.track = np.empty((LONGEST_SERVE + 1, 7))
+    def __init__(self, serve: Serve, solids: Solids) -> None:
+        self._balls = np.empty((1, LONGEST_SERVE + 1, 9))
+        self._poses = np.empty((1, LONGEST_SERVE + 1, 7))
+        self._clocks, self._counts = np.zeros((1, 2), np.int64), np.zeros(1, np.int64)
+        self._codes, self._deciding = np.zeros(1, np.int64), np.empty((1, CONTACT_COLUMNS))
+        self._touched = np.empty((1, MOST_CONTACTS, CONTACT_COLUMNS))
+        self._parameters = parameters(solids)[None]
+        self.ball, self.track = self._balls[0], self._poses[0]
         self.contacts: list[Contact] = []
         self.ball[0] = state_of(serve.ball)
+        require_finite(self.ball[0])
         self.ticks = 0
 
-    def add(
-        self,
-        path: Float[ndarray, "ticks 9"],
-        poses: Float[ndarray, "instants 7"],
-        contacts: tuple[Contact, ...],
-    ) -> None:
-        start = self.ticks
-        self.ticks += len(path)
-        self.ball[start + 1 : self.ticks + 1] = path
-        self.track[start : self.ticks + 1] = poses
-        self.contacts.extend(contacts)
+    def fly(self, track: Track) -> tuple[Outcome, Contact | None] | None:
+        """Fly the ball along what the drone flew.
+
+        Returns:
+            How the serve ended and the contact that decided, None if it goes on.
+
+        Raises:
+            InputError: a pose is not finite.
+        """
+        lost = fly_leg(
+            FIRST_ROW,
+            (track.position[None], track.quaternion[None]),
+            self._parameters,
+            (self._balls, self._poses, self._clocks),
+            (self._codes, self._deciding, self._touched, self._counts),
+        )
+        if lost >= 0:
+            raise InputError(TRACK_LOST)
+        self.ticks = self._clocks.item(0, FLOWN)
+        for row in self._touched[0, : self._counts.item()]:
+            self.contacts.append(contact_from_row(row))
+        code = self._codes.item()
+        outcome = ENDINGS[code]
+        if outcome is None:
+            return None
+        return outcome, contact_from_row(self._deciding[0]) if code in DECIDED else None
 
 
 def blade_path(track: Float[ndarray, "n 7"], racket: Racket) -> Float[ndarray, "n 3"]:
