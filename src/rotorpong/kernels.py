@@ -34,13 +34,25 @@ def kernel(function: Callable[..., Any]) -> Any:
     The function is unwrapped first: a type-checking import hook puts a closure around it that
     numba can neither compile nor cache.
     """
+    return _compiled(function)
+
+
+def inlined_kernel(function: Callable[..., Any]) -> Any:
+    """Compile `function` as `kernel` does, and into each kernel that calls it.
+
+    A loop over lanes becomes vector instructions only where nothing in it is called.
+    """
+    return _compiled(function, forceinline=True)
+
+
+def _compiled(function: Callable[..., Any], **options: bool) -> Any:
     plain = inspect.unwrap(function)
     if CACHE_FOLDER is None:
-        return numba.njit(plain)
+        return numba.njit(**options)(plain)
     before = NUMBA_SETTINGS.CACHE_DIR  # put back after: users' own kernels keep their cache
     NUMBA_SETTINGS.CACHE_DIR = str(CACHE_FOLDER)
     try:
-        return numba.njit(cache=True)(plain)
+        return numba.njit(cache=True, **options)(plain)
     finally:
         NUMBA_SETTINGS.CACHE_DIR = before
 

@@ -2,37 +2,42 @@
 
 import math
 
+import numpy as np
+
 from rotorpong.conventions import BALL_RADIUS, GRAVITY
-from rotorpong.kernels import kernel
+from rotorpong.kernels import inlined_kernel, kernel
+
+LANES = 16  # balls that are flown side by side, by vector instructions
 
 
-@kernel
+@inlined_kernel
 def acceleration(vx, vy, vz, wx, wy, wz, air):
     """Return dv/dt."""
+    drag, magnus, _ = air
     speed = math.sqrt(vx * vx + vy * vy + vz * vz)
     return (
-        -air.drag * speed * vx + air.magnus * (wy * vz - wz * vy),
-        -air.drag * speed * vy + air.magnus * (wz * vx - wx * vz),
-        -air.drag * speed * vz + air.magnus * (wx * vy - wy * vx) - GRAVITY,
+        -drag * speed * vx + magnus * (wy * vz - wz * vy),
+        -drag * speed * vy + magnus * (wz * vx - wx * vz),
+        -drag * speed * vz + magnus * (wx * vy - wy * vx) - GRAVITY,
     )
 
 
-@kernel
+@inlined_kernel
 def kept(x):
     """Return exp(-x) as RK4 has it: exactly 1 at 0, and to rounding for the x of a step."""
     return 1.0 - x * (1.0 - x / 2.0 * (1.0 - x / 3.0 * (1.0 - x / 4.0)))
 
 
-@kernel
+@inlined_kernel
 def flown(x, y, z, vx, vy, vz, wx, wy, wz, dt, air):
     """Return the nine floats of a state after dt, with RK4."""
     h = 0.5 * dt
     ax, ay, az = acceleration(vx, vy, vz, wx, wy, wz, air)
-    half = kept(h * air.spin_decay)
+    half = kept(h * air[2])
     mx, my, mz = half * wx, half * wy, half * wz
     bx, by, bz = acceleration(vx + h * ax, vy + h * ay, vz + h * az, mx, my, mz, air)
     cx, cy, cz = acceleration(vx + h * bx, vy + h * by, vz + h * bz, mx, my, mz, air)
-    whole = kept(dt * air.spin_decay)
+    whole = kept(dt * air[2])
     wx, wy, wz = whole * wx, whole * wy, whole * wz
     dx, dy, dz = acceleration(vx + dt * cx, vy + dt * cy, vz + dt * cz, wx, wy, wz, air)
     s, k = dt * dt / 6.0, dt / 6.0
@@ -57,12 +62,41 @@ def step(state, dt, air, out):
     out[6], out[7], out[8] = wx, wy, wz
 
 
+@inlined_kernel
+def fly_lanes(given, dt, air, to, lanes):
+    """Advance states by dt: number k of lane j is at k LANES + j of both arrays.
+
+    The air's three numbers for lane j lie so as well.
+    """
+    for j in range(lanes):
+        x, y, z, vx, vy, vz, wx, wy, wz = flown(
+            given[j], given[LANES + j], given[2 * LANES + j],
+            given[3 * LANES + j], given[4 * LANES + j], given[5 * LANES + j],
+            given[6 * LANES + j], given[7 * LANES + j], given[8 * LANES + j],
+            dt, (air[j], air[LANES + j], air[2 * LANES + j]),
+        )  # fmt: skip
+        to[j], to[LANES + j], to[2 * LANES + j] = x, y, z
+        to[3 * LANES + j], to[4 * LANES + j], to[5 * LANES + j] = vx, vy, vz
+        to[6 * LANES + j], to[7 * LANES + j], to[8 * LANES + j] = wx, wy, wz
+
+
 @kernel
 def fly(states, air, dt, steps):
     """Advance every state by `steps` steps, in place."""
-    for i in range(states.shape[0]):
+    given, to, airs = np.zeros(9 * LANES), np.zeros(9 * LANES), np.empty(3 * LANES)
+    for j in range(LANES):
+        airs[j], airs[LANES + j], airs[2 * LANES + j] = air
+    for first in range(0, states.shape[0], LANES):
+        lanes = min(LANES, states.shape[0] - first)
+        for j in range(lanes):
+            for k in range(9):
+                given[k * LANES + j] = states[first + j, k]
         for _ in range(steps):
-            step(states[i], dt, air, states[i])
+            fly_lanes(given, dt, airs, to, lanes)
+            given, to = to, given
+        for j in range(lanes):
+            for k in range(9):
+                states[first + j, k] = given[k * LANES + j]
 
 
 @kernel

@@ -4,10 +4,16 @@ import math
 
 import numpy as np
 
-from rotorpong.conventions import BALL_RADIUS
 from rotorpong.kernels import kernel
 from rotorpong.world._contact_kernels import FACING, SOLID
-from rotorpong.world._passing_kernels import blade_centres, lateness, racket_of
+from rotorpong.world._passing_kernels import (
+    arm_of,
+    blade_centre,
+    distance,
+    lateness,
+    racket_of,
+    reach_of,
+)
 from rotorpong.world._solid_kernels import (
     BLADE,
     FLOOR,
@@ -33,7 +39,6 @@ FULL_FACE = math.cos(math.radians(45.0))
 NEAR_DISTANCE = 0.05  # m
 NEAR_LAG = 100  # ticks
 LONGEST_LAG = 200  # ticks that a blade may be late or early to be called so
-SLACK = 1e-9  # m, more than rounding makes of any distance here
 
 
 @kernel
@@ -110,29 +115,23 @@ def judged(code, balls, track, sizes):
 def least_gap(balls, track, racket):
     """Return the least gap between ball and blade over all ticks, m.
 
-    Instants that cannot matter are passed over: the blade lies in a ball about its centre.
+    Instants that cannot matter are passed over: the blade lies in a ball about its centre, and that
+    at the end of an arm.
     """
-    work, centres = make_work(), np.empty((track.shape[0] + 2, 3))
-    blade_centres(track, racket, work, centres)
-    reach = max(racket.half_width, racket.half_height) + BALL_RADIUS + SLACK
-    nearest, closest = 0, np.inf
+    work, reach, arm = make_work(), reach_of(racket), arm_of(racket)
+    nearest, closest, least = 0, np.inf, np.inf
     for k in range(balls.shape[0]):
-        away = distance(balls[k], centres[k])
+        away = distance(balls[k, 0], balls[k, 1], balls[k, 2], track[k])
         if away < closest:
             nearest, closest = k, away
-    least = np.inf
     for turn in range(-1, balls.shape[0]):
         k = nearest if turn < 0 else turn
-        if distance(balls[k], centres[k]) - reach > least:
+        if distance(balls[k, 0], balls[k, 1], balls[k, 2], track[k]) - arm - reach > least:
+            continue
+        x, y, z = blade_centre(track, k, racket)
+        if distance(x, y, z, balls[k]) - reach > least:
             continue
         pose_between(track, k, 0.0, work)
         x, y, z = body_point(balls[k, 0], balls[k, 1], balls[k, 2], work)
         least = min(least, blade_gap(x, y, z, racket))
     return least
-
-
-@kernel
-def distance(a, b):
-    """Return the distance of two points (the first three numbers of each)."""
-    dx, dy, dz = a[0] - b[0], a[1] - b[1], a[2] - b[2]
-    return math.sqrt(dx * dx + dy * dy + dz * dz)

@@ -1,13 +1,13 @@
 """How near the ball passed the blade, in space and in time, compiled."""
 
+import math
+
 import numpy as np
 
 from rotorpong.conventions import BALL_RADIUS
 from rotorpong.kernels import kernel
 from rotorpong.physics.ball import Surface
 from rotorpong.world._solid_kernels import (
-    PLACE,
-    ROTATION,
     blade_gap,
     body_point,
     ellipse_gap,
@@ -15,6 +15,8 @@ from rotorpong.world._solid_kernels import (
     pose_between,
 )
 from rotorpong.world.racket import Racket
+
+SLACK = 1e-9  # m, more than rounding makes of any distance here
 
 
 @kernel
@@ -34,31 +36,50 @@ def blade_gaps(positions, track, sizes, out):
 
 
 @kernel
-def blade_centres(track, racket, work, out):
-    """Write where the blade's centre is at each pose, and the box about them in the last rows."""
-    n = track.shape[0]
-    for k in range(3):
-        out[n, k], out[n + 1, k] = np.inf, -np.inf
-    for j in range(n):
-        pose_between(track, j, 0.0, work)
-        for k in range(3):
-            r = ROTATION + k
-            arm = work[r, 0] * racket.x + work[r, 1] * racket.y + work[r, 2] * racket.z
-            out[j, k] = work[PLACE, k] + arm
-            out[n, k] = min(out[n, k], out[j, k])
-            out[n + 1, k] = max(out[n + 1, k], out[j, k])
+def blade_centre(track, j, racket):
+    """Return where the blade's centre is at a pose."""
+    w, x, y, z = track[j, 3], track[j, 4], track[j, 5], track[j, 6]
+    n = 2.0 / (w * w + x * x + y * y + z * z)
+    a, b, c = racket.x, racket.y, racket.z
+    along = (1.0 - n * (y * y + z * z)) * a + n * (x * y - w * z) * b + n * (x * z + w * y) * c
+    left = n * (x * y + w * z) * a + (1.0 - n * (x * x + z * z)) * b + n * (y * z - w * x) * c
+    up = n * (x * z - w * y) * a + n * (y * z + w * x) * b + (1.0 - n * (x * x + y * y)) * c
+    return track[j, 0] + along, track[j, 1] + left, track[j, 2] + up
 
 
 @kernel
-def near_span(positions, box, reach):
-    """Return first and one beyond last of the positions within reach of a box."""
+def arm_of(racket):
+    """Return how far from the centre of mass the blade's centre is, m."""
+    return math.sqrt(racket.x * racket.x + racket.y * racket.y + racket.z * racket.z)
+
+
+@kernel
+def reach_of(racket):
+    """Return more than the distance at which a ball's centre can be when it touches the blade."""
+    return max(racket.half_width, racket.half_height) + BALL_RADIUS + SLACK
+
+
+@kernel
+def distance(x, y, z, point):
+    """Return the distance of a place to a point."""
+    dx, dy, dz = x - point[0], y - point[1], z - point[2]
+    return math.sqrt(dx * dx + dy * dy + dz * dz)
+
+
+@kernel
+def near_span(positions, track, reach):
+    """Return first and one beyond last of the positions within reach of the box about a track."""
     first, last = positions.shape[0], 0
+    low_x, low_y, low_z = np.inf, np.inf, np.inf
+    high_x, high_y, high_z = -np.inf, -np.inf, -np.inf
+    for j in range(track.shape[0]):
+        low_x, high_x = min(low_x, track[j, 0]), max(high_x, track[j, 0])
+        low_y, high_y = min(low_y, track[j, 1]), max(high_y, track[j, 1])
+        low_z, high_z = min(low_z, track[j, 2]), max(high_z, track[j, 2])
     for k in range(positions.shape[0]):
-        inside = True
-        for axis in range(3):
-            if not box[0, axis] - reach <= positions[k, axis] <= box[1, axis] + reach:
-                inside = False
-        if inside:
+        inside_x = low_x - reach <= positions[k, 0] <= high_x + reach
+        inside_y = low_y - reach <= positions[k, 1] <= high_y + reach
+        if inside_x and inside_y and low_z - reach <= positions[k, 2] <= high_z + reach:
             first, last = min(first, k), k + 1
     return first, last
 
@@ -67,32 +88,56 @@ def near_span(positions, box, reach):
 def lateness(positions, track, sizes, longest):
     """Return the smallest lag (ticks, either sign) at which blade and ball meet face to face.
 
-    Longer than `longest` if there is none.
+    Longer than `longest` if there is none. A blade too far away for one lag is so for as many more
+    as it needs to come near at its fastest pace: those are passed over.
     """
-    racket, work = racket_of(sizes), make_work()
-    reach = max(racket.half_width, racket.half_height) + BALL_RADIUS
-    centres = np.empty((track.shape[0] + 2, 3))
-    blade_centres(track, racket, work, centres)
-    span = near_span(positions, centres[track.shape[0] :], reach)
-    for size in range(longest + 1):
-        for lag in (size, -size):
-            if blade_meets(positions, track, centres, racket, reach, lag, span, work):
-                return lag
-    return longest + 1
+    racket, work, n = racket_of(sizes), make_work(), track.shape[0]
+    span = near_span(positions, track, arm_of(racket) + reach_of(racket))
+    centres, pace, best = np.empty((n, 3)), SLACK, longest + 1
+    first, last = max(0, span[0] - longest), min(n, span[1] + longest)
+    for j in range(first, last):
+        centres[j, 0], centres[j, 1], centres[j, 2] = blade_centre(track, j, racket)
+        if j > first:
+            before = centres[j - 1]
+            pace = max(pace, distance(centres[j, 0], centres[j, 1], centres[j, 2], before))
+    for k in range(span[0], span[1]):
+        for sign in (1, -1):
+            most = abs(best) if best < 0 and sign > 0 else abs(best) - 1
+            lag = nearest_lag(positions, k, track, (centres, pace), racket, sign, most, work)
+            if lag <= most:
+                best = sign * lag
+    return best
 
 
 @kernel
-def blade_meets(positions, track, centres, racket, reach, lag, span, work):
-    """Tell whether the blade, `lag` ticks after each ball position, would have been struck."""
-    for k in range(max(span[0], -lag), min(span[1], track.shape[0] - lag)):
-        px, py, pz, j = positions[k, 0], positions[k, 1], positions[k, 2], k + lag
-        dx, dy, dz = px - centres[j, 0], py - centres[j, 1], pz - centres[j, 2]
-        if dx * dx + dy * dy + dz * dz > reach * reach:
-            continue
-        pose_between(track, j, 0.0, work)
-        x, y, z = body_point(px, py, pz, work)
-        if x > racket.x and blade_gap(x, y, z, racket) <= 0.0:
-            y, z = y - racket.y, z - racket.z
-            if x - racket.x >= ellipse_gap(y, z, racket.half_width, racket.half_height)[2]:
-                return True
-    return False
+def nearest_lag(positions, k, track, path, racket, sign, most, work):
+    """Return the smallest lag up to `most`, of one sign, at which the blade meets ball k.
+
+    Longer than `most` if there is none.
+    """
+    centres, pace = path
+    x, y, z, reach = positions[k, 0], positions[k, 1], positions[k, 2], reach_of(racket)
+    lag = 0 if sign > 0 else max(0, k - track.shape[0] + 1)
+    while lag <= most:
+        j = k + sign * lag
+        if j < 0 or j >= track.shape[0]:
+            break
+        away = distance(x, y, z, centres[j]) - reach
+        if away > 0.0:
+            lag += max(1, int(away / pace))
+        elif blade_meets(x, y, z, track, j, racket, work):
+            return lag
+        else:
+            lag += 1
+    return most + 1
+
+
+@kernel
+def blade_meets(x, y, z, track, j, racket, work):
+    """Tell whether a ball at this place would have been struck by the face of the blade at j."""
+    pose_between(track, j, 0.0, work)
+    x, y, z = body_point(x, y, z, work)
+    if x <= racket.x or blade_gap(x, y, z, racket) > 0.0:
+        return False
+    y, z = y - racket.y, z - racket.z
+    return x - racket.x >= ellipse_gap(y, z, racket.half_width, racket.half_height)[2]
