@@ -24,6 +24,7 @@ from rotorpong.world.contact import (
     land,
     miss_distances,
     time_error,
+    touch_down,
 )
 from rotorpong.world.racket import HOME_BODY, HULL, RUBBER, Racket
 from rotorpong.world.solids import PARTS, SOLIDS, parameters
@@ -323,6 +324,25 @@ def test_land_ends_with_the_floor():
     assert contacts[-1].solid == "floor"
     assert contacts[-1].position[2] == pytest.approx(court.FLOOR_HEIGHT + BALL_RADIUS, abs=1e-9)
     assert [c.solid for c in contacts].count("floor") == 1
+
+
+def test_a_ball_touches_down_where_its_whole_flight_first_leaves_the_net():
+    rng, solids = np.random.default_rng(8), set()
+    for _ in range(60):
+        thrown = state(
+            [rng.uniform(-1.5, 0.5), rng.uniform(-0.8, 0.8), rng.uniform(0.05, 0.5)],
+            rng.normal([3.0, 0.0, 0.0], 3.0, 3),
+            rng.normal(0.0, 80.0, 3),
+        )
+        down = touch_down(thrown, Solids())
+        whole = [c for c in land(thrown, Solids()) if c.solid != "net"]
+        assert down is not None
+        assert np.array_equal(down.position, whole[0].position)
+        assert np.array_equal(down.velocity_after, whole[0].velocity_after)
+        assert down.time == pytest.approx(whole[0].time, abs=1e-12)
+        solids.add(down.solid)
+    assert solids == {"table", "floor"}
+    assert touch_down(state([0.0, 0.0, 0.3], [0.0, 0.0, 5.0]), Solids(), longest=0.2) is None
 
 
 @given(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3))

@@ -15,6 +15,7 @@ from rotorpong.physics.ball import TABLE_SURFACE, Air, Ball, bounce, fly
 from rotorpong.physics.vehicle import Vehicle
 from rotorpong.primitives import Dmp, State
 from rotorpong.world.batch import Cast, ServeBatch
+from rotorpong.world.contact import Solids, state_of, touch_down
 from rotorpong.world.sensors import draw_sensors, read
 from rotorpong.world.serves import Serve, crossing
 from rotorpong.world.simulated_drone import Setting, SimulatedDrone
@@ -35,6 +36,7 @@ def warm_up(progress: Step | None = None) -> None:
     spec = Spec()
     serve = serve_source(spec.serves, 0)(0, generators.serve)
     crossing(serve)
+    touch_down(state_of(serve.ball), Solids())
     tell(1, STEPS)
     fly_once(ARDRONE2, generators.vehicle)
     drone = SimulatedDrone(

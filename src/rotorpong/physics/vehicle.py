@@ -353,5 +353,5 @@ def flown(
     kernel(profile, (motions, memories, counters, keys), orders, span, (*after, *track))
     if is_batch:
         return VehicleState(*after, state.keys), Track(*track)
-    first = [part[0] for part in after]
-    return VehicleState(*first, state.keys), Track(*[part[0] for part in track])
+    motion, memory, counter = (part[0] for part in after)
+    return VehicleState(motion, memory, counter, state.keys), Track(*[part[0] for part in track])

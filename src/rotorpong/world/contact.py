@@ -35,6 +35,7 @@ BallState = Float[ndarray, "9"]  # position, velocity, spin
 Contacts = tuple["Contact", ...]
 TRACK_LOST = "track of the drone: expected finite poses"
 MOST_CONTACTS = 64  # of a piece of flight that are kept
+LEG = 250  # ticks, in which a landing is looked for
 MOST_BOUNCES = 8  # after which a flight over the court is given up
 
 
@@ -118,6 +119,20 @@ def land(state: BallState, solids: Solids, longest: float = 3.0) -> Contacts:
     contacts = _over_court(state, round(longest / TICK), solids)[1]
     floor = next((i for i, c in enumerate(contacts) if c.solid == "floor"), len(contacts))
     return contacts[: floor + 1]
+
+
+def touch_down(state: BallState, solids: Solids, longest: float = 3.0) -> Contact | None:
+    """Fly a ball over the court without a drone; return its first contact off the net, if any.
+
+    Flown in legs, so that a ball costs no more than the time that it is in the air.
+    """
+    for start in range(0, round(longest / TICK), LEG):
+        path, contacts = _over_court(state, LEG, solids, start * TICK)
+        down = next((contact for contact in contacts if contact.solid != "net"), None)
+        if down is not None:
+            return down
+        state = path[-1]
+    return None
 
 
 def approach(
@@ -207,12 +222,12 @@ def _advance_many(
 
 
 def _over_court(
-    state: BallState, ticks: int, solids: Solids
+    state: BallState, ticks: int, solids: Solids, start_time: float = 0.0
 ) -> tuple[Float[ndarray, "ticks 9"], Contacts]:
     """Fly one ball where there is no drone."""
     require_finite(state)
     no_drone = np.empty((1, 0, 7))
-    paths, contacts = _advance_many(state[None], 0.0, no_drone, solids, ticks=ticks)
+    paths, contacts = _advance_many(state[None], start_time, no_drone, solids, ticks=ticks)
     return paths[0], contacts[0]
 
 

@@ -15,7 +15,7 @@ from rotorpong.drone import Outcome, Verdict
 from rotorpong.world import _judging_kernels as kernels
 from rotorpong.world._judging_kernels import FULL_FACE as FULL_FACE
 from rotorpong.world._judging_kernels import LONGEST_SERVE as LONGEST_SERVE
-from rotorpong.world.contact import Contact, land, sizes_of
+from rotorpong.world.contact import Contact, sizes_of, touch_down
 from rotorpong.world.racket import Racket
 from rotorpong.world.solids import TICK, Solids
 
@@ -58,7 +58,7 @@ def landing_of(
     if outcome != "hit" or contact is None:
         return None
     after = balls[min(math.ceil(contact.time / TICK), len(balls) - 1)]
-    first = next((touch for touch in land(after, solids) if touch.solid != "net"), None)
+    first = touch_down(after, solids)
     if first is None or first.solid != "table" or first.position[0] <= 0.0:
         return None
     return float(first.position[0])

@@ -17,7 +17,7 @@ controller sees.
 """
 
 import math
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from jaxtyping import Float, UInt64
@@ -51,7 +51,8 @@ def draw_sensors(noise: SensorNoise, rng: np.random.Generator) -> Sensors:
         InputError: a standard deviation is negative or not finite, the attitude has no rate, the
             slow process no time, or the battery is no battery.
     """
-    if not all(np.isfinite(value) and value >= 0.0 for value in astuple(noise)):
+    levels = [getattr(noise, f.name) for f in fields(noise)]
+    if not all(math.isfinite(value) and value >= 0.0 for value in levels):
         raise InputError(f"{noise}: expected standard deviations that are finite and >= 0")
     if not 0.0 < noise.attitude_rate <= 1.0 / TICK:
         raise InputError(f"attitude_rate {noise.attitude_rate} Hz: expected 0 < rate <= {1 / TICK}")
@@ -110,7 +111,8 @@ def read(sensors: Sensors, track: Track, first_tick: int, *, departure: bool = F
     n = max(0, -(-(first_tick + len(track.position) - first) // NAVDATA_TICKS))
     seen = track.velocity if track.seen_velocity is None else track.seen_velocity
     flown = (track.position, seen, track.quaternion, track.body_rates, track.acceleration)
-    vectors = np.empty((4, n, 3))
-    out = (np.empty(n), *vectors, np.empty(n), np.empty(n))
+    times, height, battery = np.empty((3, n))
+    gyro, force, attitude, flow = np.empty((4, n, 3))
+    out = (times, gyro, force, attitude, flow, height, battery)
     measure(flown, first_tick, first, sensors.errors, sensors.keys, out)
-    return Navdata(*out)
+    return Navdata(times, gyro, force, attitude, flow, height, battery)

@@ -303,7 +303,7 @@ class _Log:
         self._clocks, self._counts = np.zeros((1, 2), np.int64), np.zeros(1, np.int64)
         self._codes, self._deciding = np.zeros(1, np.int64), np.empty((1, CONTACT_COLUMNS))
         self._touched = np.empty((1, MOST_CONTACTS, CONTACT_COLUMNS))
-        self._parameters = parameters(solids)[None]
+        self._parameters = parameters(solids)[None].copy()  # as the batch's, for one kernel
         self.ball, self.track = self._balls[0], self._poses[0]
         self.contacts: list[Contact] = []
         self.ball[0] = state_of(serve.ball)
