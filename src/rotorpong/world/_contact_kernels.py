@@ -50,6 +50,7 @@ LOOKS = 64  # a step is looked at as often, where it may graze
 ROOT_STEPS = 60
 ROOT_TOLERANCE = 1e-12  # m
 MOST_CONTACTS_PER_STEP = 16
+LOOK_AHEAD = 8  # ticks
 PASSED, LOST = -1, -2  # the plane; nothing happened in time
 
 
@@ -355,7 +356,7 @@ def advance(state, start_time, first, track, scene, work, contacts, path):
 
 @kernel
 def first_near(states, track, scene, work):
-    """Return the first tick of a free flight in which something may be touched.
+    """Return a tick of a free flight before which nothing can be touched; ticks if nothing can.
 
     Args:
         states: (ticks + 1, 9) of the ball, flown as if there were nothing.
@@ -363,13 +364,23 @@ def first_near(states, track, scene, work):
         scene: parameters.
         work: scratch.
     """
-    reach, ticks = drone_reach(scene), states.shape[0] - 1
-    for i in range(ticks):
+    reach, i, ticks = drone_reach(scene), 0, states.shape[0] - 1
+    while i < ticks:
+        last = min(i + LOOK_AHEAD, ticks)
         for k in range(6):
             work[START, k] = states[i, k]
-        travel = ball_travel(work, scene.tick)
-        if court_is_near(work, travel) or drone_is_near(work, travel, track, i, reach):
+        travel, way = ball_travel(work, (last - i) * scene.tick), 0.0
+        if court_is_near(work, travel):
             return i
+        x, y, z = track[i, 0], track[i, 1], track[i, 2]
+        for j in range(i + 1, last + 1):
+            dx, dy, dz = track[j, 0] - x, track[j, 1] - y, track[j, 2] - z
+            way = max(way, dx * dx + dy * dy + dz * dz)
+        dx, dy, dz = states[i, 0] - x, states[i, 1] - y, states[i, 2] - z
+        near = reach + travel + math.sqrt(way) + 1e-9
+        if dx * dx + dy * dy + dz * dz <= near * near:
+            return i
+        i = last
     return ticks
 
 
