@@ -40,12 +40,13 @@ def kernel(function: Callable[..., Any]) -> Any:
 def inlined_kernel(function: Callable[..., Any]) -> Any:
     """Compile `function` as `kernel` does, and into each kernel that calls it.
 
-    A loop over lanes becomes vector instructions only where nothing in it is called.
+    A loop over lanes becomes vector instructions only where nothing in it is called or raised: here
+    a division by zero gives inf or nan, in a `kernel` it raises.
     """
-    return _compiled(function, forceinline=True)
+    return _compiled(function, forceinline=True, error_model="numpy")
 
 
-def _compiled(function: Callable[..., Any], **options: bool) -> Any:
+def _compiled(function: Callable[..., Any], **options: bool | str) -> Any:
     plain = inspect.unwrap(function)
     if CACHE_FOLDER is None:
         return numba.njit(**options)(plain)

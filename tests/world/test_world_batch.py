@@ -153,7 +153,7 @@ def test_a_row_begins_again_while_others_go_on():
                 batch.restart([row], casts([playing[row]]))
         batch.advance()
     for seed, truth in done.items():
-        assert_same_truth(truth, wanted.truth(seed))
+        assert_same_truth(truth, wanted.truth(int(seed)))
 
 
 def test_the_state_is_the_ball_from_the_drone_in_level_axes():

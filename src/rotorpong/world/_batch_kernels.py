@@ -5,8 +5,11 @@ Rows of `clocks`: ticks flown, tick at which the last frame was exposed.
 
 import math
 
+import numpy as np
+
 from rotorpong.kernels import kernel
-from rotorpong.world._contact_kernels import advance
+from rotorpong.physics._ball_kernels import LANES, fly_lanes
+from rotorpong.world._contact_kernels import advance, first_near
 from rotorpong.world._judging_kernels import ending, judged
 from rotorpong.world._solid_kernels import make_work, scene_of
 
@@ -16,6 +19,9 @@ FLOWN, EXPOSED = 0, 1
 @kernel
 def fly_leg(rows, flown, parameters, logs, ends):
     """Fly the balls of `rows` along what their drones flew, and note which serves end there.
+
+    All fly side by side as if there were nothing to touch; from the first tick in which something
+    may be touched, a ball flies again, alone.
 
     Args:
         rows: which of the batch.
@@ -32,6 +38,7 @@ def fly_leg(rows, flown, parameters, logs, ends):
     codes, deciding, contacts, counts = ends
     work = make_work()
     ticks = positions.shape[1] - 1
+    fly_free(rows, ticks, parameters, balls, clocks)
     for m in range(rows.shape[0]):
         row = rows[m]
         start = clocks[row, FLOWN]
@@ -46,9 +53,17 @@ def fly_leg(rows, flown, parameters, logs, ends):
         if trace != 0.0:  # nan, from a nan or an infinity
             return row
         scene = scene_of(parameters[row])
+        near = first_near(balls[row, start : start + ticks + 1], track, scene, work)
         path = balls[row, start + 1 : start + ticks + 1]
         count = advance(
-            balls[row, start], start * scene.tick, track, scene, work, contacts[m], path
+            balls[row, start + near],
+            start * scene.tick,
+            near,
+            track,
+            scene,
+            work,
+            contacts[m],
+            path,
         )
         counts[m] = min(count, contacts.shape[1])
         clocks[row, FLOWN] = start + ticks
@@ -58,6 +73,29 @@ def fly_leg(rows, flown, parameters, logs, ends):
             for k in range(deciding.shape[1]):
                 deciding[row, k] = contacts[m, index, k]
     return -1
+
+
+@kernel
+def fly_free(rows, ticks, parameters, balls, clocks):
+    """Fly the balls of `rows` on for some ticks as if there were nothing to touch."""
+    given, to, airs = np.zeros(9 * LANES), np.zeros(9 * LANES), np.zeros(3 * LANES)
+    tick = scene_of(parameters[rows[0]]).tick
+    for first in range(0, rows.shape[0], LANES):
+        lanes = min(LANES, rows.shape[0] - first)
+        for j in range(lanes):
+            row = rows[first + j]
+            for k in range(3):
+                airs[k * LANES + j] = parameters[row, k]
+            for k in range(9):
+                given[k * LANES + j] = balls[row, clocks[row, FLOWN], k]
+        for i in range(ticks):
+            fly_lanes(given, tick, airs, to, lanes)
+            given, to = to, given
+            for j in range(lanes):
+                row = rows[first + j]
+                after = balls[row, clocks[row, FLOWN] + i + 1]
+                for k in range(9):
+                    after[k] = given[k * LANES + j]
 
 
 @kernel

@@ -50,6 +50,7 @@ LOOKS = 64  # a step is looked at as often, where it may graze
 ROOT_STEPS = 60
 ROOT_TOLERANCE = 1e-12  # m
 MOST_CONTACTS_PER_STEP = 16
+LOOK_AHEAD = 8  # ticks
 PASSED, LOST = -1, -2  # the plane; nothing happened in time
 
 
@@ -322,17 +323,18 @@ def fly_tick(start_time, i, track, reach, scene, work, contacts, count):
 
 
 @kernel
-def advance(state, start_time, track, scene, work, contacts, path):
+def advance(state, start_time, first, track, scene, work, contacts, path):
     """Fly one ball among court and drone.
 
     Args:
-        state: (9,), at the first tick.
-        start_time: seconds at the first tick.
+        state: (9,), at tick `first`.
+        start_time: seconds at tick 0.
+        first: the tick at which to begin.
         track: (ticks + 1, 7) poses of the drone, or (0, 7) where there is none.
         scene: parameters.
         work: scratch.
         contacts: (m, 27) rows; the last is overwritten when there are more.
-        path: (ticks, 9), the state after each tick.
+        path: (ticks, 9), the state after each tick; of those before `first` nothing is written.
 
     Returns:
         The number of contacts.
@@ -340,7 +342,7 @@ def advance(state, start_time, track, scene, work, contacts, path):
     count, reach = 0, drone_reach(scene)
     for k in range(9):
         work[START, k] = state[k]
-    for i in range(path.shape[0]):
+    for i in range(first, path.shape[0]):
         travel = ball_travel(work, scene.tick)
         if court_is_near(work, travel) or drone_is_near(work, travel, track, i, reach):
             count = fly_tick(start_time, i, track, reach, scene, work, contacts, count)
@@ -350,6 +352,36 @@ def advance(state, start_time, track, scene, work, contacts, path):
             path[i, k] = work[END, k]
             work[START, k] = work[END, k]
     return count
+
+
+@kernel
+def first_near(states, track, scene, work):
+    """Return a tick of a free flight before which nothing can be touched; ticks if nothing can.
+
+    Args:
+        states: (ticks + 1, 9) of the ball, flown as if there were nothing.
+        track: (ticks + 1, 7) poses of the drone.
+        scene: parameters.
+        work: scratch.
+    """
+    reach, i, ticks = drone_reach(scene), 0, states.shape[0] - 1
+    while i < ticks:
+        last = min(i + LOOK_AHEAD, ticks)
+        for k in range(6):
+            work[START, k] = states[i, k]
+        travel, way = ball_travel(work, (last - i) * scene.tick), 0.0
+        if court_is_near(work, travel):
+            return i
+        x, y, z = track[i, 0], track[i, 1], track[i, 2]
+        for j in range(i + 1, last + 1):
+            dx, dy, dz = track[j, 0] - x, track[j, 1] - y, track[j, 2] - z
+            way = max(way, dx * dx + dy * dy + dz * dz)
+        dx, dy, dz = states[i, 0] - x, states[i, 1] - y, states[i, 2] - z
+        near = reach + travel + math.sqrt(way) + 1e-9
+        if dx * dx + dy * dy + dz * dz <= near * near:
+            return i
+        i = last
+    return ticks
 
 
 @kernel
@@ -371,7 +403,7 @@ def advance_many(states, start_time, tracks, parameters, contacts, counts, paths
         if parameters.shape[0] > 1:
             scene = scene_of(parameters[ball])
         counts[ball] = advance(
-            states[ball], start_time, tracks[ball], scene, work, contacts[ball], paths[ball]
+            states[ball], start_time, 0, tracks[ball], scene, work, contacts[ball], paths[ball]
         )
 
 

@@ -121,12 +121,13 @@ def least_gap(balls, track, racket):
     work, reach, arm = make_work(), reach_of(racket), arm_of(racket)
     nearest, closest, least = 0, np.inf, np.inf
     for k in range(balls.shape[0]):
-        away = distance(balls[k, 0], balls[k, 1], balls[k, 2], track[k])
+        away = squared_distance(balls[k], track[k])
         if away < closest:
             nearest, closest = k, away
+    furthest = np.inf
     for turn in range(-1, balls.shape[0]):
         k = nearest if turn < 0 else turn
-        if distance(balls[k, 0], balls[k, 1], balls[k, 2], track[k]) - arm - reach > least:
+        if squared_distance(balls[k], track[k]) > furthest:
             continue
         x, y, z = blade_centre(track, k, racket)
         if distance(x, y, z, balls[k]) - reach > least:
@@ -134,4 +135,12 @@ def least_gap(balls, track, racket):
         pose_between(track, k, 0.0, work)
         x, y, z = body_point(balls[k, 0], balls[k, 1], balls[k, 2], work)
         least = min(least, blade_gap(x, y, z, racket))
+        furthest = (max(least, 0.0) + arm + reach) ** 2
     return least
+
+
+@kernel
+def squared_distance(a, b):
+    """Return the squared distance of two points (the first three numbers of each)."""
+    dx, dy, dz = a[0] - b[0], a[1] - b[1], a[2] - b[2]
+    return dx * dx + dy * dy + dz * dz

@@ -98,8 +98,8 @@ def lateness(positions, track, sizes, longest):
     for j in range(first, last):
         centres[j, 0], centres[j, 1], centres[j, 2] = blade_centre(track, j, racket)
         if j > first:
-            before = centres[j - 1]
-            pace = max(pace, distance(centres[j, 0], centres[j, 1], centres[j, 2], before))
+            way = distance(centres[j, 0], centres[j, 1], centres[j, 2], centres[j - 1])
+            pace = max(pace, way + reach_of(racket) * turned(track, j))
     for k in range(span[0], span[1]):
         for sign in (1, -1):
             most = abs(best) if best < 0 and sign > 0 else abs(best) - 1
@@ -125,19 +125,33 @@ def nearest_lag(positions, k, track, path, racket, sign, most, work):
         away = distance(x, y, z, centres[j]) - reach
         if away > 0.0:
             lag += max(1, int(away / pace))
-        elif blade_meets(x, y, z, track, j, racket, work):
-            return lag
         else:
-            lag += 1
+            gap, is_struck = blade_meets(x, y, z, track, j, racket, work)
+            if is_struck:
+                return lag
+            lag += max(1, int((gap - SLACK) / pace))
     return most + 1
 
 
 @kernel
+def turned(track, j):
+    """Return more than the angle by which the drone turns from pose j - 1 to j."""
+    dot, chord = 0.0, 0.0
+    for k in range(3, 7):
+        dot += track[j - 1, k] * track[j, k]
+    for k in range(3, 7):  # of unit quaternions: 2 sin(angle / 4)
+        chord += (track[j, k] - math.copysign(track[j - 1, k], dot * track[j - 1, k])) ** 2
+    return 2.5 * math.sqrt(chord) + SLACK
+
+
+@kernel
 def blade_meets(x, y, z, track, j, racket, work):
-    """Tell whether a ball at this place would have been struck by the face of the blade at j."""
+    """Return the gap of a ball at this place to the blade at j, and whether its face is struck."""
     pose_between(track, j, 0.0, work)
     x, y, z = body_point(x, y, z, work)
-    if x <= racket.x or blade_gap(x, y, z, racket) > 0.0:
-        return False
+    gap = blade_gap(x, y, z, racket)
+    if x <= racket.x or gap > 0.0:
+        return gap, False
     y, z = y - racket.y, z - racket.z
-    return x - racket.x >= ellipse_gap(y, z, racket.half_width, racket.half_height)[2]
+    off = ellipse_gap(y, z, racket.half_width, racket.half_height)[2]
+    return gap, x - racket.x >= off

@@ -56,6 +56,7 @@ STATE = (
     "time_s",  # since the release
     "sight_age_s",  # since the exposure: the camera's delay
 )
+SIDE_BY_SIDE = 128  # rows: what they fly in a leg stays in the processor's cache
 Rows = Int64[ndarray, "rows"]
 
 
@@ -153,7 +154,9 @@ class ServeBatch:
             self._leg(rows, int(legs[0]))
             return
         for leg in np.unique(legs):
-            self._leg(rows[legs == leg], int(leg))
+            those = rows[legs == leg]
+            for first in range(0, len(those), SIDE_BY_SIDE):
+                self._leg(those[first : first + SIDE_BY_SIDE], int(leg))
 
     def states(self) -> Float[ndarray, "n 18"]:
         """Return what `STATE` names of every row, at its last frame or at the end of its serve."""
