@@ -1,5 +1,5 @@
 import math
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import pytest
@@ -10,6 +10,7 @@ from rotorpong.drone import HOVER, Drone, Eyes, Frame, Navdata, Referee, Velocit
 from rotorpong.physics.ball import RUBBER, Air, Ball, bounce, fly
 from rotorpong.physics.camera import ARDRONE2_360P, ARDRONE2_720P, GAZEBO, ideal, project, row_time
 from rotorpong.physics.vehicle import NOISE_FREE_CASCADE, TUM_GAZEBO, TumGazebo
+from rotorpong.world.batch import Cast, ServeBatch
 from rotorpong.world.racket import HOME_BLADE, HOME_BODY, Racket
 from rotorpong.world.serves import HUMAN, PLANE_X, Serve, crossing, draw, draw_at
 from rotorpong.world.simulated_drone import Setting, SimulatedDrone
@@ -267,6 +268,40 @@ def test_a_command_that_is_not_finite_is_refused_and_the_serve_goes_on(bad):
         with pytest.raises(InputError, match="finite"):
             flying.command(replace(HOVER, **{f.name: bad}))
     assert_same_path(flying.truth(), undisturbed.truth())
+
+
+@dataclass(frozen=True)
+class Lost:
+    """A user's vehicle that loses itself: one number of its path, in the middle, is none."""
+
+    bad: float
+    column: str
+    limits = TUM_GAZEBO.limits
+    sensor_noise = TUM_GAZEBO.sensor_noise
+    name = "lost"
+
+    def start(self, position, generator):
+        return TUM_GAZEBO.start(position, generator)
+
+    def advance(self, state, command, *, ticks, new_command):
+        after, track = TUM_GAZEBO.advance(state, command, ticks=ticks, new_command=new_command)
+        getattr(track, self.column)[..., track.position.shape[-2] // 2, 1] = self.bad
+        return after, track
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("column", ["position", "quaternion"])
+def test_a_vehicle_whose_path_is_not_finite_is_refused_alone_and_in_a_batch(column, bad):
+    setting, serve = Setting(Lost(bad, column), GAZEBO), aimed(0.0, 0.0)
+    with pytest.raises(InputError, match="finite poses"):
+        drone(serve, setting).observe()
+    with pytest.raises(InputError, match=r"row \d: .*finite poses"):
+        ServeBatch(setting, [Cast(serve, rng(0), rng(1))] * 2).advance()
+
+
+def test_a_ball_that_is_not_finite_is_refused():
+    with pytest.raises(InputError, match="finite"):
+        drone(thrown([1.0, math.nan, 0.3], [-4.0, 0.0, 1.0]))
 
 
 def test_a_tape_replays_to_the_bit_with_the_same_camera_or_another():

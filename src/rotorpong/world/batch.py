@@ -140,7 +140,11 @@ class ServeBatch:
         return within
 
     def advance(self) -> None:
-        """Let every row that is not over run until its next frame arrives, or its serve is over."""
+        """Let every row that is not over run until its next frame arrives, or its serve is over.
+
+        Raises:
+            InputError: a vehicle flew to where no number is.
+        """
         rows = np.flatnonzero(self._codes == rules.PLAYING)
         clocks = self._logs[2]
         exposures, arrivals = self._schedules[:, rows, self._frames[rows]]
