@@ -29,7 +29,7 @@ def kept(x):
 
 
 @inlined_kernel
-def flown(x, y, z, vx, vy, vz, wx, wy, wz, dt, air):
+def flown_in_lane(x, y, z, vx, vy, vz, wx, wy, wz, dt, air):
     """Return the nine floats of a state after dt, with RK4."""
     h = 0.5 * dt
     ax, ay, az = acceleration(vx, vy, vz, wx, wy, wz, air)
@@ -51,6 +51,12 @@ def flown(x, y, z, vx, vy, vz, wx, wy, wz, dt, air):
 
 
 @kernel
+def flown(x, y, z, vx, vy, vz, wx, wy, wz, dt, air):
+    """Return what `flown_in_lane` does; compiled once, not into each caller."""
+    return flown_in_lane(x, y, z, vx, vy, vz, wx, wy, wz, dt, air)
+
+
+@kernel
 def step(state, dt, air, out):
     """Advance one state by dt with RK4 into `out` (which may be `state`)."""
     x, y, z, vx, vy, vz, wx, wy, wz = flown(
@@ -69,7 +75,7 @@ def fly_lanes(given, dt, air, to, lanes):
     The air's three numbers for lane j lie so as well.
     """
     for j in range(lanes):
-        x, y, z, vx, vy, vz, wx, wy, wz = flown(
+        x, y, z, vx, vy, vz, wx, wy, wz = flown_in_lane(
             given[j], given[LANES + j], given[2 * LANES + j],
             given[3 * LANES + j], given[4 * LANES + j], given[5 * LANES + j],
             given[6 * LANES + j], given[7 * LANES + j], given[8 * LANES + j],
