@@ -230,9 +230,9 @@ def test_many_balls_fly_as_each_alone_bit_for_bit_and_in_any_legs():
 @pytest.mark.parametrize(
     ("start", "velocity", "solid", "part", "restitution"),
     [
-        ((-0.5, 0.1, 0.3), (0.0, 0.0, -2.0), "table", "top", 0.88),
-        ((-1.5, 0.1, -0.01), (3.0, 0.0, 0.1), "table", "edge", 0.88),
-        ((-0.5, 0.1, -0.2), (0.0, 0.0, 4.0), "table", "underside", 0.88),
+        ((-0.5, 0.1, 0.3), (0.0, 0.0, -2.0), "table", "top", TABLE_SURFACE.restitution),
+        ((-1.5, 0.1, -0.01), (3.0, 0.0, 0.1), "table", "edge", TABLE_SURFACE.restitution),
+        ((-0.5, 0.1, -0.2), (0.0, 0.0, 4.0), "table", "underside", TABLE_SURFACE.restitution),
         ((0.3, 0.2, 0.08), (-5.0, 0.0, 0.2), "net", "mesh", 0.1),
         ((0.3, 0.2, 0.147), (-6.0, 0.0, 0.24), "net", "tape", 0.4),
         ((0.3, 0.926, 0.1), (-6.0, 0.0, 0.2), "net", "post", 0.7),
