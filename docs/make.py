@@ -54,6 +54,14 @@ EXAMPLES = (
         "rotorpong serves from-flight flight.csv --out serve.csv",
     ),
     ("Throw it.", "rotorpong evaluate --player hover --serves serve.csv --balls 5"),
+    (
+        "See one serve: onboard above, from beside the table below.",
+        "rotorpong throw --player oracle --eyes truth --index 3 --out serve.png",
+    ),
+    (
+        "What could be hit at all, by somebody who knows everything but sees no sooner.",
+        "rotorpong evaluate --player oracle --eyes truth --balls 50 --vehicle ardrone2",
+    ),
     ("A mistake.", "rotorpong evaluate --player nobody"),
 )
 
