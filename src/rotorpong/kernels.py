@@ -46,7 +46,7 @@ def inlined_kernel(function: Callable[..., Any]) -> Any:
     return _compiled(function, forceinline=True, error_model="numpy")
 
 
-def _compiled(function: Callable[..., Any], **options: bool | str) -> Any:
+def _compiled(function: Callable[..., Any], **options: Any) -> Any:
     plain = inspect.unwrap(function)
     if CACHE_FOLDER is None:
         return numba.njit(**options)(plain)

@@ -48,7 +48,6 @@ def test_it_hovers_as_the_home_of_every_drone(point):
     assert [(r.outcome, r.miss_distance) for r in hover] == [
         (r.outcome, r.miss_distance) for r in calm
     ]
-    assert not any(r.reachable for r in calm if r.outcome != "hit")  # it answers too late for any
 
 
 def test_it_can_be_randomised(point):

@@ -55,7 +55,7 @@ def test_vehicle_and_camera_are_names_or_objects():
         ("vehicle", "crazyflie", "unknown vehicle 'crazyflie': expected one of tum_gazebo"),
         ("camera", "nikon", "camera 'nikon': expected one of gazebo, ardrone2_360p"),
         ("camera", "", "camera '': expected one of gazebo"),
-        ("serves", "smash", "serves 'smash': expected one of human, constant, hard file"),
+        ("serves", "smash", "serves 'smash': expected one of human, constant, hard, lob"),
         ("serves", "", "serves '': expected one of human"),
         ("racket", "wood", "unknown racket 'wood': expected one of cardboard, rubber"),
         ("seed", -1, "seed -1: expected a whole number from 0 to 9223372036854775807"),

@@ -7,7 +7,7 @@ from rotorpong.physics.ball import Air, Ball, fly
 from rotorpong.physics.flight_fit import fall
 from rotorpong.physics.flight_legs import Legs, fit_air, landing, taken, undelayed
 
-AIR = Air(drag=0.135, magnus=0.0025)
+AIR = Air(drag=0.135, magnus=0.0025, spin_decay=0.0)  # spin as it was measured
 DELAY = 0.012
 
 

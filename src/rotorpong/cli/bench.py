@@ -25,7 +25,7 @@ class Bench(Common):
     out: Path | None = None
     """Folder for figures of growth with balls, trials, pixels and workers."""
     quick: FlagCreatePairsOff[bool] = False
-    """Few repetitions: seconds instead of minutes, and rough numbers."""
+    """Few repetitions, rough numbers, and nothing that takes minutes (render, reach, batch)."""
 
     def run(self) -> dict[str, Any]:
         """Measure."""

@@ -1,7 +1,8 @@
 """The launch that meets a target, compiled: scan the lower arc, then Newton in two unknowns.
 
 Contacts are exact at any step. The scan takes long steps (40 ms leave 1e-7 m), the last launches,
-which decide, short ones (10 ms leave 1e-9 m).
+which decide, short ones (10 ms leave 1e-9 m). Two arcs less than a step of the scan apart, those
+just before the target gets out of reach, may both be stepped over: then the launch is refused.
 """
 
 import math

@@ -13,6 +13,8 @@ from typing import Any
 from rotorpong.conventions import InputError
 from rotorpong.lab.bench.rows import Row
 
+REACH_BALLS = 100  # of each kind on each vehicle; reach_rows.rows(balls=...) takes more
+
 Advance = Callable[[str, int, int], None]  # what, done, of how many
 
 
@@ -20,7 +22,7 @@ Advance = Callable[[str, int, int], None]  # what, done, of how many
 class Order:
     """What is asked for."""
 
-    quick: bool = False  # fewer repetitions: a look at the shape, not at the numbers
+    quick: bool = False  # few repetitions, and nothing that takes minutes
     peers: bool = False
     flights: Path | None = None  # measured flights, a folder
     events: Path | None = None  # measured events, a file or a folder
@@ -65,11 +67,17 @@ SECTIONS = (
     Section("ball", lambda order, tell: _module("ball_rows").rows(quick=order.quick)),
     Section("vehicle", lambda order, tell: _module("vehicle_rows").rows(quick=order.quick)),
     Section("world", lambda order, tell: _module("world_speed").rows(quick=order.quick)),
-    Section("render", lambda order, tell: _module("render_rows").rows()),
     Section(
-        "reach", lambda order, tell: _module("reach_rows").rows(balls=50 if order.quick else 1000)
+        "render", lambda order, tell: _module("render_rows").rows(), lambda order: not order.quick
     ),
-    Section("batch", lambda order, tell: _module("batch_rows").rows()),
+    Section(
+        "reach",
+        lambda order, tell: _module("reach_rows").rows(balls=REACH_BALLS),
+        lambda order: not order.quick,
+    ),
+    Section(
+        "batch", lambda order, tell: _module("batch_rows").rows(), lambda order: not order.quick
+    ),
     Section(
         "flights",
         lambda order, tell: _module("real_flights").rows(order.flights, _named(tell, "flights")),
