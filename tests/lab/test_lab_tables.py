@@ -17,7 +17,12 @@ from rotorpong.lab.tables import (
 )
 
 TIMES = ("flight_time_s", "time_after_plane_s", "last_sight_before_contact_s")
-SHARES = ("share_in_picture", "share_in_picture_at_plane", "hover_hit_rate_interval")
+SHARES = (
+    "share_reachable",
+    "share_in_picture",
+    "share_in_picture_at_plane",
+    "hover_hit_rate_interval",
+)
 
 
 def shown(table):

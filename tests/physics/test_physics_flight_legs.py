@@ -7,7 +7,7 @@ from rotorpong.physics.ball import Air, Ball, fly
 from rotorpong.physics.flight_fit import fall
 from rotorpong.physics.flight_legs import Legs, fit_air, landing, taken, undelayed
 
-AIR = Air(drag=0.135, magnus=0.0025, spin_decay=0.0)  # spin as it was measured
+AIR = Air(drag=0.135, magnus=0.0025)
 DELAY = 0.012
 
 
@@ -31,9 +31,10 @@ def test_falling_solves_the_equation_of_motion_up_to_the_table():
     start = taken(shots(3), slice(0, 1))
     end, times = fall(start, AIR, BALL_RADIUS, 3.0)
 
-    def derivative(_, state):
+    def derivative(time, state):
         v = state[3:]
-        lift = AIR.magnus * np.cross(start.spin[0], v)
+        spin = start.spin[0] * np.exp(-AIR.spin_decay * time)
+        lift = AIR.magnus * np.cross(spin, v)
         return np.r_[v, [0, 0, -GRAVITY] - AIR.drag * np.linalg.norm(v) * v + lift]
 
     first = np.r_[start.position[0], start.velocity[0]]
@@ -58,7 +59,8 @@ def test_many_balls_fall_like_each_alone():
 
 def test_undoing_a_delay_is_flying_back():
     start = shots(5)
-    later = Ball(start.position, fly(start, AIR, DELAY).velocity, start.spin)
+    flown = fly(start, AIR, DELAY)
+    later = Ball(start.position, flown.velocity, flown.spin)
     assert np.allclose(undelayed(later, AIR, DELAY).velocity, start.velocity, atol=1e-9)
 
 

@@ -71,6 +71,7 @@ def stats_table(result: dict[str, Any]) -> Table:
     table.add_row("in the picture at the plane", percent(result["share_in_picture_at_plane"]))
     interval = result["hover_hit_rate_interval"]
     table.add_row("hits of a hovering blade (95 %)", percent(result["hover_hit_rate"], interval))
+    table.add_row("reachable for tum_gazebo", percent(result["share_reachable"]))
     return table
 
 
