@@ -117,7 +117,10 @@ def test_a_drawn_camera_is_nearly_the_nominal_one():
         assert abs(camera.camera_pitch_deg) <= 0.5
         assert camera.delay_s[1] / camera.delay_s[0] == pytest.approx(0.130 / 0.075)
         assert camera.distortion == ARDRONE2_720P.distortion
-    assert draw_camera(GAZEBO, rng()).delay_s == (0.0, 0.0)
+        assert camera.readout_s != ARDRONE2_720P.readout_s
+    drawn = draw_camera(GAZEBO, rng())
+    assert drawn.delay_s == (0.0, 0.0)
+    assert drawn.is_ideal
 
 
 def test_the_eyes_are_told_the_nominal_camera():

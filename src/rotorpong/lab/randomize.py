@@ -15,6 +15,7 @@ import numpy as np
 from rotorpong.conventions import InputError
 from rotorpong.physics.ball import Air, Surface
 from rotorpong.physics.camera import Camera
+from rotorpong.physics.camera import draw_camera as draw_sensor
 from rotorpong.physics.constants import Range, drawn
 from rotorpong.physics.vehicle import Vehicle
 from rotorpong.world.looks import draw_looks
@@ -75,13 +76,13 @@ def draw_medium(rng: np.random.Generator) -> Medium:
 
 
 def draw_camera(camera: Camera, rng: np.random.Generator) -> Camera:
-    """Return a camera that is nearly the nominal one: focal length, centre, place, pitch, delay."""
+    """Return a camera that is nearly the nominal one: lens, place, delay, and its sensor."""
     focal = 1.0 + rng.uniform(-FOCAL_ERROR, FOCAL_ERROR)
     shift_x, shift_y = rng.uniform(-CENTER_ERROR, CENTER_ERROR, 2) * camera.width_px
     x, y, z = np.array(camera.position_m) + rng.uniform(-PLACE_ERROR, PLACE_ERROR, 3)
     pitch = camera.camera_pitch_deg + rng.uniform(-PITCH_ERROR_DEG, PITCH_ERROR_DEG)
     later = rng.uniform(*DELAY_FACTOR)
-    return replace(
+    nearly = replace(
         camera,
         focal_length_px=(camera.focal_length_px[0] * focal, camera.focal_length_px[1] * focal),
         center_px=(camera.center_px[0] + float(shift_x), camera.center_px[1] + float(shift_y)),
@@ -89,6 +90,7 @@ def draw_camera(camera: Camera, rng: np.random.Generator) -> Camera:
         camera_pitch_deg=pitch,
         delay_s=(camera.delay_s[0] * later, camera.delay_s[1] * later),
     )
+    return draw_sensor(nearly, rng)
 
 
 def require_randomizable(vehicle: Vehicle) -> Randomizable:
