@@ -225,8 +225,14 @@ def in_picture(camera: Camera, points: Vector3) -> Bool[ndarray, "*batch"]:
 
 @functools.lru_cache(maxsize=8)
 def _widest(camera: Camera) -> Float[ndarray, "2"]:
-    """Return the steepest X/Z and Y/Z of the picture; beyond them the lens model folds back."""
-    return np.abs(pixel_directions(camera)).max(axis=(0, 1))
+    """Return the steepest X/Z and Y/Z of the picture; beyond them the lens model folds back.
+
+    They lie on its border: a lens that can be undone turns no inner pixel into an extreme.
+    """
+    columns, rows = np.arange(camera.width_px), np.arange(camera.height_px)
+    sides = [(columns, 0), (columns, rows[-1]), (0, rows), (columns[-1], rows)]
+    border = np.concatenate([np.stack(np.broadcast_arrays(*side), axis=-1) for side in sides])
+    return np.abs(directions(camera, border.astype(float))).max(axis=0)
 
 
 def camera_from_body(camera: Camera) -> Rotation:
