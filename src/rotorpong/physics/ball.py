@@ -38,7 +38,7 @@ class Air(NamedTuple):
     """What the air does to a ball."""
 
     drag: float = 0.15  # 1/m, quadratic; docs/validation.md: 0.149 in matches, 0.156 in flights
-    magnus: float = 0.0035  # acceleration = magnus * spin x velocity; measured 0.0038 and 0.0033 at
+    magnus: float = 0.0035  # acceleration = magnus * spin x velocity; measured 0.0039 and 0.0033 at
     # spin ratios (r w / v) of 0.15-0.45, as of our serves; 0.0015 at 0.7-1.5, of strokes in matches
     spin_decay: float = 0.1  # 1/s, share of the spin lost; 0: spin lasts
 
@@ -52,7 +52,7 @@ class Surface(NamedTuple):
 
 TABLE_SURFACE = Surface(0.94, 0.23)
 """Restitution: 0.94 on measured flights that go both ways over a table, at 1.5 to 4.5 m/s alike; in
-air, ITTF's drop (305 mm to 230-260 mm) gives 0.904-0.963. Friction: 0.229, the median of 365 balls
+air, ITTF's drop (305 mm to 230-260 mm) gives 0.904-0.963. Friction: 0.227, the median of 362 balls
 that slid in matches. Numbers and their commands: docs/validation.md."""
 CARDBOARD = Surface(0.1, 0.3)  # the paper's racket stops the ball
 RUBBER = Surface(0.8, 0.6)
