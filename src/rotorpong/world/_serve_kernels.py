@@ -1,8 +1,9 @@
 """The launch that meets a target, compiled: scan the lower arc, then Newton in two unknowns.
 
 Contacts are exact at any step. The scan takes long steps (40 ms leave 1e-7 m), the last launches,
-which decide, short ones (10 ms leave 1e-9 m). Two arcs less than a step of the scan apart, those
-just before the target gets out of reach, may both be stepped over: then the launch is refused.
+which decide, short ones (10 ms leave 1e-9 m). Just before a target gets out of reach its two arcs
+may lie between two steps of the scan, which then sees the height at the plane turn back on the same
+side of the goal: the parabola through three steps tells where to look for the turning point.
 """
 
 import math
@@ -35,6 +36,8 @@ NEAR = 1e-5  # m from the target: the slopes are good enough
 TOLERANCE = 1e-9  # m
 MARGIN = 0.3  # m before the net that spin can carry a ball further
 LONGEST = 2.0  # s
+TURN_STEPS = 6  # of the search for a turning point
+TURN_NEAR = 0.01  # m from the goal: no parabola through a step's neighbours is further off
 
 
 @kernel
@@ -118,6 +121,43 @@ def newton(vy, vz, plane_x, goal, bounces, scenes, track, work, row, crossing):
 
 
 @kernel
+def vertex_of(a, b, c):
+    """Return (x, y) where the parabola through three points (x, y) with b between a, c turns."""
+    left, right = b[0] - a[0], c[0] - b[0]
+    rise, fall = (b[1] - a[1]) / left, (c[1] - b[1]) / right
+    bend = (fall - rise) / (left + right)
+    if bend == 0.0:
+        return b
+    x = 0.5 * (a[0] + b[0] - rise / bend)
+    return x, b[1] + (x - b[0]) * (rise + bend * (x - a[0]))
+
+
+@kernel
+def beyond_turn(vy, a, b, c, plane_x, goal, bounces, scene, track, work, row, crossing):
+    """Return (found, vz, error) of a launch between a and c that is on the goal's other side.
+
+    a, b, c are (vz, error) of launches on the same side of it, b nearest.
+    """
+    side = math.copysign(1.0, b[1])
+    for _ in range(TURN_STEPS):
+        vz, error = vertex_of(a, b, c)
+        if side * error > TURN_NEAR or not a[0] < vz < c[0] or vz == b[0]:
+            break
+        if try_launch(vy, vz, plane_x, bounces, scene, track, work, row, crossing) < 1:
+            break
+        turn = vz, crossing[2] - goal[1]
+        if side * turn[1] < 0.0:
+            return True, turn[0], turn[1]
+        if side * turn[1] < side * b[1]:
+            a, b, c = (a, turn, b) if vz < b[0] else (b, turn, c)
+        elif vz < b[0]:
+            a = turn
+        else:
+            c = turn
+    return False, 0.0, 0.0
+
+
+@kernel
 def solve(state, plane_x, goal, bounces, parameters):
     """Return (solved, vy, vz) of the lowest legal launch through the goal (y, z).
 
@@ -136,22 +176,31 @@ def solve(state, plane_x, goal, bounces, parameters):
     scenes = (scene_of(parameters[0]), scene_of(parameters[1]))
     last = round((HIGHEST[bounces] - LOWEST) / STEP)
     k = lowest_over_net(state, last, plane_x, scenes[0], track, work, row, crossing)
-    vy, before, at, legal_before = 0.0, 0.0, 0.0, False
+    vy, legal = 0.0, 0  # of the last three launches, if as many in a row were legal:
+    a, b, c = (0.0, 0.0), (0.0, 0.0), (0.0, 0.0)
     while k <= last:
         vz = LOWEST + k * STEP
         kind = try_launch(vy, vz, plane_x, bounces, scenes[0], track, work, row, crossing)
         if kind < 0:
             break
-        error = crossing[2] - goal[1]
-        if kind == 1:
-            vy += (goal[0] - crossing[1]) * -state[3] / (state[0] - plane_x)
-        if kind == 1 and legal_before and (error > 0.0) != (before > 0.0):
-            start = vz - (vz - at) * error / (error - before)
+        if kind == 0:
+            legal, k = 0, k + 1
+            continue
+        a, b, c = b, c, (vz, crossing[2] - goal[1])
+        legal += 1
+        vy += (goal[0] - crossing[1]) * -state[3] / (state[0] - plane_x)
+        low, high, crosses = b, c, legal > 1 and (c[1] > 0.0) != (b[1] > 0.0)
+        if legal > 2 and not crosses and abs(b[1]) < min(abs(a[1]), abs(c[1])):
+            crosses, x, y = beyond_turn(
+                vy, a, b, c, plane_x, goal, bounces, scenes[0], track, work, row, crossing
+            )
+            low, high = (b, (x, y)) if x > b[0] else (a, (x, y))
+        if crosses:
+            start = high[0] - (high[0] - low[0]) * high[1] / (high[1] - low[1])
             found, y, z = newton(
                 vy, start, plane_x, goal, bounces, scenes, track, work, row, crossing
             )
             if found:
                 return True, y, z
-        before, at, legal_before = error, vz, kind == 1
-        k += max(1, int(abs(error) / (STEEPEST * STEP))) if kind == 1 else 1
+        k += max(1, int(abs(c[1]) / (STEEPEST * STEP)))
     return False, 0.0, 0.0
