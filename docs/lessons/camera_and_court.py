@@ -173,7 +173,9 @@ def flight(figure: Figure) -> None:
     axes.legend(fontsize=8)
     terminal = math.sqrt(GRAVITY / air.drag)
     print(f"drag at 7 m/s: {air.drag * 49:.2f} m/s^2; it equals gravity at {terminal:.2f} m/s")
-    print(f"Magnus at 7 m/s, 100 rad/s: {air.magnus * 700:.2f} m/s^2")
+    ratio = BALL_RADIUS * 100.0 / 7.0
+    lift = air.magnus * 700.0 / (1.0 + air.saturation * ratio)
+    print(f"Magnus at 7 m/s, 100 rad/s: {lift:.2f} m/s^2")
 
 
 def bouncing(figure: Figure) -> None:

@@ -9,7 +9,7 @@ from rotorpong.physics.flight_bounces import UP
 from rotorpong.physics.flight_fit import fall
 from rotorpong.physics.flight_legs import undelayed
 
-AIR, LAW = Air(drag=0.14, magnus=0.002), Surface(0.9, 0.2)
+AIR, LAW = Air(drag=0.14, magnus=0.006, saturation=3.0), Surface(0.9, 0.2)
 DELAY = 0.010
 
 
@@ -75,6 +75,8 @@ def test_the_constants_of_a_made_match_are_found(tmp_path):
     drag, magnus = "events: drag of all flights", "events: Magnus coefficient of all flights"
     assert abs(got[drag] - AIR.drag) < 4.0 * got[f"{drag}, standard error"]
     assert abs(got[magnus] - AIR.magnus) < 4.0 * got[f"{magnus}, standard error"]
+    saturation = "events: lift saturation of all flights"
+    assert abs(got[saturation] - AIR.saturation) < 4.0 * got[f"{saturation}, standard error"]
     assert got["events: delay of the velocities"] == pytest.approx(1e3 * DELAY, abs=1.0)
     for name, truth in (
         ("events: restitution, delay undone", LAW.restitution),

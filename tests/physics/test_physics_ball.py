@@ -90,12 +90,47 @@ def test_a_fall_with_drag_follows_the_hyperbolic_tangent():
     assert flown.position[2] == pytest.approx(-fallen, abs=1e-9)
 
 
-@given(velocities, rotations, st.floats(0.0, 1.0), st.floats(0.0, 0.3), st.floats(0.0, 0.004))
+@given(
+    velocities, rotations, st.floats(0.0, 1.0), st.floats(0.0, 0.3), st.floats(0.0, 0.004),
+    st.floats(0.0, 20.0),
+)  # fmt: skip
 @cheaply
-def test_drag_and_magnus_never_add_energy(velocity, spin, duration, drag, magnus):
+def test_drag_and_magnus_never_add_energy(velocity, spin, duration, drag, magnus, saturation):
     before = ball(velocity, spin)
-    after = fly(before, Air(drag, magnus), duration)
+    after = fly(before, Air(drag, magnus, saturation=saturation), duration)
     assert mechanical(after) <= mechanical(before) + 1e-7 * (1.0 + kinetic(before))
+
+
+def lift_of(velocity, spin, air):
+    return acceleration(ball(velocity, spin), air) - acceleration(ball(velocity), air)
+
+
+@given(velocities, rotations)
+@cheaply
+def test_lift_is_linear_in_small_spins_and_saturates_for_large_ones(velocity, spin):
+    if np.linalg.norm(velocity) < 1.0:
+        return  # a slow ball's spin ratio is never small
+    air = Air()
+    linear = air.magnus * np.cross(spin, velocity)
+    small = lift_of(velocity, 1e-6 * spin, air)
+    assert small == pytest.approx(1e-6 * linear, rel=1e-4, abs=1e-12)
+    assert lift_of(velocity, spin, air._replace(saturation=0.0)) == pytest.approx(linear, abs=1e-9)
+    most = air.magnus * (velocity @ velocity) / (air.saturation * BALL_RADIUS)
+    sizes = [np.linalg.norm(lift_of(velocity, n * spin, air)) for n in (1.0, 2.0, 4.0, 1e9)]
+    assert np.all(np.diff(sizes) >= -1e-9)
+    assert sizes[-1] <= most * (1.0 + 1e-9) + 1e-9
+
+
+def test_the_lift_coefficient_is_that_of_the_spin_ratio():
+    """C = S / (a + b S), whose two numbers are those of `Air` in other units."""
+    air, area, density, speed = Air(), math.pi * BALL_RADIUS**2, 1.2, 7.0
+    a = density * area * BALL_RADIUS / (2.0 * MASS * air.magnus)
+    for ratio in (0.05, 0.2, 0.5, 1.0):
+        spin = (0.0, 0.0, ratio * speed / BALL_RADIUS)
+        lift = lift_of(np.array([speed, 0.0, 0.0]), spin, air)
+        coefficient = lift[1] * MASS / (0.5 * density * area * speed**2)
+        assert coefficient == pytest.approx(ratio / (a + air.saturation * a * ratio), rel=1e-9)
+        assert lift[[0, 2]] == pytest.approx([0.0, 0.0], abs=1e-12)
 
 
 @given(velocities, rotations)
@@ -158,7 +193,7 @@ def test_an_ittf_drop_in_air_loses_to_drag_what_the_closed_form_says():
     "air",
     [
         Air(drag=-0.1), Air(drag=math.nan), Air(magnus=math.inf), Air(spin_decay=-1.0),
-        Air(spin_decay=math.nan), Air(drag=1e9),
+        Air(spin_decay=math.nan), Air(drag=1e9), Air(saturation=-0.1), Air(saturation=math.nan),
     ],
 )  # fmt: skip
 def test_no_ball_flies_in_impossible_air(air):
@@ -193,8 +228,10 @@ def test_flight_agrees_with_scipy_to_a_nanometre():
 
         def slope(time, state, spin=thrown.spin):
             v, spin = state[3:], spin * math.exp(-air.spin_decay * time)
-            pull = -air.drag * np.linalg.norm(v) * v + air.magnus * np.cross(spin, v)
-            return np.concatenate([v, pull - GRAVITY * UP])
+            turn = np.cross(spin, v)
+            ratio = BALL_RADIUS * np.linalg.norm(turn) / (v @ v)
+            lift = air.magnus / (1.0 + air.saturation * ratio) * turn
+            return np.concatenate([v, lift - air.drag * np.linalg.norm(v) * v - GRAVITY * UP])
 
         start = np.concatenate([thrown.position, thrown.velocity])
         wanted = solve_ivp(slope, (0, 1), start, method="DOP853", rtol=1e-13, atol=1e-13).y[:, -1]
@@ -283,7 +320,7 @@ def calibrated_sphere(air):
 
 
 def test_flight_agrees_with_mujoco_to_half_a_micrometre():
-    air = Air(spin_decay=0.0)  # its spin decays by another law
+    air = Air(spin_decay=0.0, saturation=0.0)  # its spin decays by another law, its lift is linear
     model, balls = calibrated_sphere(air), random_balls(3, seed=1)
     flown = fly(balls, air, 0.5)
     for k in range(3):

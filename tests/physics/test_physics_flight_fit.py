@@ -30,7 +30,9 @@ def test_a_followed_flight_solves_the_equation_of_motion():
     def derivative(time, state):
         v = state[3:]
         pull = np.array([0.0, 0.0, -GRAVITY])
-        lift = AIR.magnus * np.exp(-AIR.spin_decay * time) * np.cross(BALL.spin, v)
+        turn = np.cross(np.exp(-AIR.spin_decay * time) * BALL.spin, v)
+        ratio = BALL_RADIUS * np.linalg.norm(turn) / (v @ v)
+        lift = AIR.magnus * turn / (1.0 + AIR.saturation * ratio)
         return np.r_[v, pull - AIR.drag * np.linalg.norm(v) * v + lift]
 
     start = np.r_[BALL.position, BALL.velocity]

@@ -7,7 +7,7 @@ from rotorpong.physics.ball import Air, Ball, fly
 from rotorpong.physics.flight_fit import fall
 from rotorpong.physics.flight_legs import Legs, fit_air, landing, taken, undelayed
 
-AIR = Air(drag=0.135, magnus=0.0025)
+AIR = Air(drag=0.135, magnus=0.007, saturation=3.0)
 DELAY = 0.012
 
 
@@ -34,7 +34,9 @@ def test_falling_solves_the_equation_of_motion_up_to_the_table():
     def derivative(time, state):
         v = state[3:]
         spin = start.spin[0] * np.exp(-AIR.spin_decay * time)
-        lift = AIR.magnus * np.cross(spin, v)
+        turn = np.cross(spin, v)
+        ratio = BALL_RADIUS * np.linalg.norm(turn) / (v @ v)
+        lift = AIR.magnus * turn / (1.0 + AIR.saturation * ratio)
         return np.r_[v, [0, 0, -GRAVITY] - AIR.drag * np.linalg.norm(v) * v + lift]
 
     first = np.r_[start.position[0], start.velocity[0]]
@@ -64,29 +66,32 @@ def test_undoing_a_delay_is_flying_back():
     assert np.allclose(undelayed(later, AIR, DELAY).velocity, start.velocity, atol=1e-9)
 
 
-def test_exact_legs_give_drag_magnus_and_delay_back():
+def test_exact_legs_give_the_air_and_the_delay_back():
     fit = fit_air(legs(delay=DELAY))
     assert fit.air.drag == pytest.approx(AIR.drag, abs=1e-4)
     assert fit.air.magnus == pytest.approx(AIR.magnus, abs=1e-5)
+    assert fit.air.saturation == pytest.approx(AIR.saturation, abs=1e-2)
     assert fit.delay == pytest.approx(DELAY, abs=1e-4)
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_noisy_legs_give_drag_magnus_and_delay_back_within_four_sigma(seed):
+def test_noisy_legs_give_the_air_and_the_delay_back_within_four_sigma(seed):
     """The stated standard errors hold for the noise that the fit assumes, 15 mm."""
     fit = fit_air(legs(seed=seed, noise=0.015, delay=DELAY))
     assert abs(fit.air.drag - AIR.drag) < 4.0 * fit.drag_sd
     assert abs(fit.air.magnus - AIR.magnus) < 4.0 * fit.magnus_sd
+    assert abs(fit.air.saturation - AIR.saturation) < 4.0 * fit.saturation_sd
     assert abs(fit.delay - DELAY) < 4.0 * fit.delay_sd
     assert fit.drag_sd < 0.01
-    assert fit.magnus_sd < 2e-4
+    assert fit.magnus_sd < 1e-3
+    assert fit.saturation_sd < 1.0
     assert fit.delay_sd < 2e-3
 
 
 def test_what_is_known_is_not_fitted():
-    fit = fit_air(legs(), drag=0.2, delay=0.003)
-    assert (fit.air.drag, fit.delay) == (0.2, 0.003)
-    assert (fit.drag_sd, fit.delay_sd) == (0.0, 0.0)
+    fit = fit_air(legs(), drag=0.2, saturation=2.0, delay=0.003)
+    assert (fit.air.drag, fit.air.saturation, fit.delay) == (0.2, 2.0, 0.003)
+    assert (fit.drag_sd, fit.saturation_sd, fit.delay_sd) == (0.0, 0.0, 0.0)
 
 
 def test_a_flight_through_two_places_needs_no_velocity():

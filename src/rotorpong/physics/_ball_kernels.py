@@ -8,17 +8,23 @@ from rotorpong.conventions import BALL_RADIUS, GRAVITY
 from rotorpong.kernels import inlined_kernel, kernel
 
 LANES = 16  # balls that are flown side by side, by vector instructions
+AIR_NUMBERS = 4  # of an `Air`
+NOTHING = 1e-300  # added to what may be zero, and is to be divided by; changes nothing else
 
 
 @inlined_kernel
 def acceleration(vx, vy, vz, wx, wy, wz, air):
     """Return dv/dt."""
-    drag, magnus, _ = air
-    speed = math.sqrt(vx * vx + vy * vy + vz * vz)
+    drag, magnus, _, saturation = air
+    squared = vx * vx + vy * vy + vz * vz
+    px, py, pz = wy * vz - wz * vy, wz * vx - wx * vz, wx * vy - wy * vx
+    across = math.sqrt(px * px + py * py + pz * pz)
+    lift = magnus * squared / (squared + saturation * BALL_RADIUS * across + NOTHING)
+    brake = drag * math.sqrt(squared)
     return (
-        -drag * speed * vx + magnus * (wy * vz - wz * vy),
-        -drag * speed * vy + magnus * (wz * vx - wx * vz),
-        -drag * speed * vz + magnus * (wx * vy - wy * vx) - GRAVITY,
+        lift * px - brake * vx,
+        lift * py - brake * vy,
+        lift * pz - brake * vz - GRAVITY,
     )
 
 
@@ -72,14 +78,14 @@ def step(state, dt, air, out):
 def fly_lanes(given, dt, air, to, lanes):
     """Advance states by dt: number k of lane j is at k LANES + j of both arrays.
 
-    The air's three numbers for lane j lie so as well.
+    The air's numbers for lane j lie so as well.
     """
     for j in range(lanes):
         x, y, z, vx, vy, vz, wx, wy, wz = flown_in_lane(
             given[j], given[LANES + j], given[2 * LANES + j],
             given[3 * LANES + j], given[4 * LANES + j], given[5 * LANES + j],
             given[6 * LANES + j], given[7 * LANES + j], given[8 * LANES + j],
-            dt, (air[j], air[LANES + j], air[2 * LANES + j]),
+            dt, (air[j], air[LANES + j], air[2 * LANES + j], air[3 * LANES + j]),
         )  # fmt: skip
         to[j], to[LANES + j], to[2 * LANES + j] = x, y, z
         to[3 * LANES + j], to[4 * LANES + j], to[5 * LANES + j] = vx, vy, vz
@@ -89,9 +95,9 @@ def fly_lanes(given, dt, air, to, lanes):
 @kernel
 def fly(states, air, dt, steps):
     """Advance every state by `steps` steps, in place."""
-    given, to, airs = np.zeros(9 * LANES), np.zeros(9 * LANES), np.empty(3 * LANES)
+    given, to, airs = np.zeros(9 * LANES), np.zeros(9 * LANES), np.empty(AIR_NUMBERS * LANES)
     for j in range(LANES):
-        airs[j], airs[LANES + j], airs[2 * LANES + j] = air
+        airs[j], airs[LANES + j], airs[2 * LANES + j], airs[3 * LANES + j] = air
     for first in range(0, states.shape[0], LANES):
         lanes = min(LANES, states.shape[0] - first)
         for j in range(lanes):

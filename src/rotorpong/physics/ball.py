@@ -1,9 +1,12 @@
 """Flight of a table tennis ball, and its bounce.
 
-    dv/dt = g - k |v| v + m (w x v)
+    dv/dt = g - k |v| v + m (w x v) / (1 + s S),   S = r |w x v| / |v|^2
     dw/dt = -c w
 
-with gravity g, quadratic drag k, Magnus coefficient m and spin decay c. At a bounce off a surface
+with gravity g, quadratic drag k, Magnus coefficient m of a ball that hardly spins, spin ratio S
+(surface speed of the spin across the flight, over the ball's speed), lift saturation s and spin
+decay c. In the usual terms the lift coefficient is proportional to S / (1 + s S): it grows with
+the spin at first, and less and less. s = 0 is the linear law. At a bounce off a surface
 with normal n, e its restitution and mu its friction, the ball being a thin shell:
 
     v_n' = -e v_n
@@ -13,8 +16,7 @@ with normal n, e its restitution and mu its friction, the ball being a thin shel
 
 2/5 is the impulse that stops the slip (I = 2/3 m r^2). World frame; every array may carry any
 leading batch shape; one ball and many go through the same kernel. Constants: docs/validation.md.
-Lift grows more slowly than spin, so m is that of the spins of our serves. Spin decay: between shot
-and bounce the spin about the vertical, which the bounce does not change, falls at a median 0.10 /s
+Spin decay: between shot and bounce the spin about the vertical, which the bounce does not change, falls at a median 0.10 /s
 in 360 shots of real matches; friction in a laminar boundary layer, 4 pi viscosity r^2 / (m d) with
 thickness d = 0.4 mm at 7 m/s, gives 0.08.
 """
@@ -27,7 +29,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from rotorpong.conventions import GRAVITY, InputError, Vector3
+from rotorpong.conventions import BALL_RADIUS, GRAVITY, InputError, Vector3
 from rotorpong.physics import _ball_kernels
 
 STEP = 0.005  # s; position error after a whole flight < 1e-9 m
@@ -38,9 +40,10 @@ class Air(NamedTuple):
     """What the air does to a ball."""
 
     drag: float = 0.15  # 1/m, quadratic; docs/validation.md: 0.149 in matches, 0.156 in flights
-    magnus: float = 0.0035  # acceleration = magnus * spin x velocity; measured 0.0039 and 0.0033 at
-    # spin ratios (r w / v) of 0.15-0.45, as of our serves; 0.0015 at 0.7-1.5, of strokes in matches
+    magnus: float = 0.0085  # acceleration = magnus * spin x velocity, at small spin ratios; with
+    # the saturation below, 0.0090 in matches, 0.0078 in flights
     spin_decay: float = 0.1  # 1/s, share of the spin lost; 0: spin lasts
+    saturation: float = 4.6  # the lift is 1 + saturation * spin ratio times less; 0: linear in spin
 
 
 class Surface(NamedTuple):
@@ -52,7 +55,7 @@ class Surface(NamedTuple):
 
 TABLE_SURFACE = Surface(0.94, 0.23)
 """Restitution: 0.94 on measured flights that go both ways over a table, at 1.5 to 4.5 m/s alike; in
-air, ITTF's drop (305 mm to 230-260 mm) gives 0.904-0.963. Friction: 0.227, the median of 362 balls
+air, ITTF's drop (305 mm to 230-260 mm) gives 0.904-0.963. Friction: 0.225, the median of 364 balls
 that slid in matches. Numbers and their commands: docs/validation.md."""
 CARDBOARD = Surface(0.1, 0.3)  # the paper's racket stops the ball
 RUBBER = Surface(0.8, 0.6)
@@ -69,9 +72,11 @@ class Ball:
 
 def require_air(air: Air) -> None:
     """Raise InputError unless a ball can fly in `air`."""
-    if not (0.0 <= air.drag < MOST and -MOST < air.magnus < MOST and 0.0 <= air.spin_decay < MOST):
+    losses = (air.drag, air.spin_decay, air.saturation)
+    if not (all(0.0 <= loss < MOST for loss in losses) and -MOST < air.magnus < MOST):
         raise InputError(
-            f"{air}: expected drag and spin_decay >= 0, magnus of either sign, all below {MOST:g}"
+            f"{air}: expected drag, spin_decay and saturation >= 0, magnus of either sign, all "
+            f"below {MOST:g}"
         )
 
 
@@ -84,8 +89,11 @@ def require_surface(surface: Surface, what: str = "surface") -> None:
 def acceleration(ball: Ball, air: Air) -> Vector3:
     """Return dv/dt in m/s^2."""
     speed = np.linalg.norm(ball.velocity, axis=-1, keepdims=True)
-    lift = air.magnus * np.cross(ball.spin, ball.velocity)
-    return np.array([0.0, 0.0, -GRAVITY]) - air.drag * speed * ball.velocity + lift
+    across = np.cross(ball.spin, ball.velocity)
+    surface = BALL_RADIUS * np.linalg.norm(across, axis=-1, keepdims=True)
+    share = speed**2 / (speed**2 + air.saturation * surface + _ball_kernels.NOTHING)
+    drag = -air.drag * speed * ball.velocity
+    return np.array([0.0, 0.0, -GRAVITY]) + drag + air.magnus * share * across
 
 
 def fly(ball: Ball, air: Air, duration: float) -> Ball:

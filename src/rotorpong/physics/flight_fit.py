@@ -7,8 +7,8 @@ Least squares over the RK4 flight of `ball` (positions p_i at times t_i, unknown
 with rho(r^2) = 2 (sqrt(1 + r^2) - 1) for each coordinate, so that a few bad points do not bend the
 flight; s is the noise of good 3-D tracking, and the second sum what is known of table tennis before
 any measurement (a `Belief`): without it the spin along the direction of flight, which bends
-nothing, could be anything. The Magnus coefficient is that of `Air`; only its product with the spin
-can be measured.
+nothing, could be anything. The Magnus coefficient is that of `Air`; only the lift can be measured,
+which is its product with the spin, saturated.
 Where the flight bounces, restitution, friction and the table's height in the measured frame are
 unknown too. World-like frame: z up, metres; the table may lie anywhere horizontally.
 """
@@ -43,6 +43,7 @@ class Belief:
     drag_sd: float = DRAG_SD
     drag_range: tuple[float, float] = DRAG_RANGE
     spin_sd: float = SPIN_SD  # rad/s, each axis, about no spin
+    saturation: float = Air().saturation  # of the lift, certain; 0: linear in the spin
 
 
 USUAL = Belief()
@@ -107,7 +108,7 @@ def fit_flight(
         return parameters
 
     def residuals(unknowns: Float[ndarray, "k"]) -> Float[ndarray, "j"]:
-        path = _path(unknowns[:6], parameters_of(unknowns), times)
+        path = _path(unknowns[:6], parameters_of(unknowns), times, belief)
         return np.r_[((path - positions) / NOISE).ravel(), unknowns[6:]]
 
     sides = ((ranges[free] - means[free, None]) / sds[free, None]).T
@@ -117,8 +118,8 @@ def fit_flight(
     start = np.r_[_first_guess(times, positions), np.zeros(int(free.sum()))]
     solved = least_squares(residuals, start, bounds=bounds, loss="soft_l1", x_scale="jac").x
     parameters = parameters_of(solved)
-    misses = _path(solved[:6], parameters, times) - positions
-    air, table = _medium(parameters)
+    misses = _path(solved[:6], parameters, times, belief) - positions
+    air, table = _medium(parameters, belief)
     return FlightFit(
         ball=Ball(solved[:3], solved[3:6], parameters[:3]),
         air=air,
@@ -189,18 +190,21 @@ def _beliefs(
 
 
 def _path(
-    launch: Float[ndarray, "6"], parameters: Float[ndarray, "m"], times: Float[ndarray, "n"]
+    launch: Float[ndarray, "6"],
+    parameters: Float[ndarray, "m"],
+    times: Float[ndarray, "n"],
+    belief: Belief,
 ) -> Float[ndarray, "n 3"]:
-    air, table = _medium(parameters)
+    air, table = _medium(parameters, belief)
     state, path = np.r_[launch, parameters[:3]], np.empty((len(times), 9))
     most = int(len(parameters) > 4)
     kernels.follow(state, times, air, table.surface, table.height + BALL_RADIUS, most, path)
     return path[:, :3]
 
 
-def _medium(parameters: Float[ndarray, "m"]) -> tuple[Air, Table]:
+def _medium(parameters: Float[ndarray, "m"], belief: Belief) -> tuple[Air, Table]:
     """Return air and table from (spin, drag[, restitution, friction, height])."""
-    air = Air(drag=float(parameters[3]))
+    air = Air(drag=float(parameters[3]), saturation=belief.saturation)
     if len(parameters) == 4:
         return air, Table()
     restitution, friction, height = (float(value) for value in parameters[4:])

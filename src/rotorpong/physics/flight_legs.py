@@ -1,9 +1,10 @@
 """What the air does, from states of a ball at the two ends of many free flights.
 
 A leg starts at a measured position with a measured velocity and spin, and ends at a measured
-position some time later. Drag k, Magnus coefficient m and one delay explain all legs at once:
+position some time later. Drag k, Magnus coefficient m, lift saturation s and one delay explain all
+legs at once:
 
-    min  sum_i rho(|flight(x_i, v_i, w_i; k, m)(t_i) - p_i|^2 / s^2),  rho soft_l1 per coordinate
+    min  sum_i rho(|flight(x_i, v_i, w_i; k, m, s)(t_i) - p_i|^2 / n^2),  rho soft_l1 per coordinate
 
 The delay: a velocity taken over the first points after a stroke is that of the middle of these
 points, so it belongs to a later moment than the position; flown back by the delay it is the
@@ -24,7 +25,10 @@ from rotorpong.physics.ball import Air, Ball
 
 NOISE = 0.015  # m, a coordinate of a measured position
 LONGEST_DELAY = 0.05  # s
-MOST_DRAG, MOST_MAGNUS = 0.5, 0.01
+# drag, magnus, saturation, delay:
+LOWEST = np.array([0.0, -0.1, 0.0, -LONGEST_DELAY])
+HIGHEST = np.array([0.5, 0.1, 50.0, LONGEST_DELAY])
+SCALES = np.array([0.01, 1e-4, 0.1, 1e-3])
 MEETING_ROUNDS = 30  # each leaves about a quarter of the miss
 
 
@@ -58,37 +62,45 @@ class AirFit:
     delay: float  # s by which velocities belong to later moments than positions
     drag_sd: float
     magnus_sd: float
+    saturation_sd: float
     delay_sd: float
 
 
-def fit_air(legs: Legs, *, drag: float | None = None, delay: float | None = None) -> AirFit:
+def fit_air(
+    legs: Legs,
+    *,
+    drag: float | None = None,
+    saturation: float | None = None,
+    delay: float | None = None,
+) -> AirFit:
     """Return the air and the delay of velocities that bring the legs nearest to their ends.
 
     Args:
         legs: at least 3.
         drag: 1/m if it is known.
+        saturation: of the lift, if it is known; 0 for a lift that is linear in the spin.
         delay: s if it is known.
     """
-    known = np.array([np.nan if drag is None else drag, np.nan, np.nan if delay is None else delay])
+    known = np.array([np.nan if v is None else v for v in (drag, None, saturation, delay)])
     free = np.isnan(known)
-    scales = np.array([0.01, 1e-4, 1e-3])
 
     def medium(unknowns: Float[ndarray, "k"]) -> tuple[Air, float]:
         values = known.copy()
         values[free] = unknowns
-        return Air(drag=float(values[0]), magnus=float(values[1])), float(values[2])
+        k, m, s, late = map(float, values)
+        return Air(drag=k, magnus=m, saturation=s), late
 
     def residuals(unknowns: Float[ndarray, "k"]) -> Float[ndarray, "j"]:
         air, delay = medium(unknowns)
         return ((_ends(legs, air, delay) - legs.end) / NOISE).ravel()
 
-    first = np.array([Air().drag, Air().magnus, 0.0])
-    most = np.array([MOST_DRAG, MOST_MAGNUS, LONGEST_DELAY])
-    bounds = (np.array([0.0, -MOST_MAGNUS, -LONGEST_DELAY])[free], most[free])
+    usual = Air()
+    first = np.array([usual.drag, usual.magnus, usual.saturation, 0.0])
+    bounds = (LOWEST[free], HIGHEST[free])
     solved = least_squares(
-        residuals, first[free], bounds=bounds, loss="soft_l1", x_scale=scales[free]
+        residuals, first[free], bounds=bounds, loss="soft_l1", x_scale=SCALES[free]
     )
-    spreads = np.zeros(3)
+    spreads = np.zeros(len(known))
     spreads[free] = np.sqrt(np.diag(np.linalg.pinv(solved.jac.T @ solved.jac)))
     return AirFit(*medium(solved.x), *(float(sd) for sd in spreads))
 

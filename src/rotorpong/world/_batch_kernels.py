@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from rotorpong.kernels import kernel
-from rotorpong.physics._ball_kernels import LANES, fly_lanes
+from rotorpong.physics._ball_kernels import AIR_NUMBERS, LANES, fly_lanes
 from rotorpong.world._contact_kernels import advance, first_near
 from rotorpong.world._judging_kernels import ending, judged
 from rotorpong.world._solid_kernels import make_work, scene_of
@@ -78,13 +78,13 @@ def fly_leg(rows, flown, parameters, logs, ends):
 @kernel
 def fly_free(rows, ticks, parameters, balls, clocks):
     """Fly the balls of `rows` on for some ticks as if there were nothing to touch."""
-    given, to, airs = np.zeros(9 * LANES), np.zeros(9 * LANES), np.zeros(3 * LANES)
+    given, to, airs = np.zeros(9 * LANES), np.zeros(9 * LANES), np.zeros(AIR_NUMBERS * LANES)
     tick = scene_of(parameters[rows[0]]).tick
     for first in range(0, rows.shape[0], LANES):
         lanes = min(LANES, rows.shape[0] - first)
         for j in range(lanes):
             row = rows[first + j]
-            for k in range(3):
+            for k in range(AIR_NUMBERS):
                 airs[k * LANES + j] = parameters[row, k]
             for k in range(9):
                 given[k * LANES + j] = balls[row, clocks[row, FLOWN], k]

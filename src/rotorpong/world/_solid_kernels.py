@@ -47,15 +47,15 @@ def make_work():
 def scene_of(p):
     """Return the record of which `solids.parameters` gave the numbers."""
     return Solids(
-        Air(p[0], p[1], p[2]),
-        Surface(p[3], p[4]),
-        Surface(p[5], p[6]),
-        Surface(p[7], p[8]),
-        Surface(p[9], p[10]),
-        Surface(p[11], p[12]),
-        Racket(Surface(p[13], p[14]), p[15], p[16], p[17], p[18], p[19]),
-        Hull(Surface(p[20], p[21]), p[22], p[23]),
-        p[24],
+        Air(p[0], p[1], p[2], p[3]),
+        Surface(p[4], p[5]),
+        Surface(p[6], p[7]),
+        Surface(p[8], p[9]),
+        Surface(p[10], p[11]),
+        Surface(p[12], p[13]),
+        Racket(Surface(p[14], p[15]), p[16], p[17], p[18], p[19], p[20]),
+        Hull(Surface(p[21], p[22]), p[23], p[24]),
+        p[25],
     )
 
 

@@ -8,7 +8,7 @@ show, before they are compared.
 """
 
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -94,11 +94,7 @@ def match_of(events: tuple[Event, ...]) -> Match:
 
 def bounces_of(match: Match, fit: AirFit) -> Bounces:
     """Return each bounce: before it by its leg's two ends, after it as measured, delay undone."""
-    before = _empty(len(match.legs))
-    for which, air in _lift_classes(match.legs, fit):
-        _, end = landing(match.legs[which], air)
-        before.velocity[which], before.position[which] = end.velocity, end.position
-        before.spin[which] = end.spin
+    _, before = landing(match.legs, fit.air)
     return Bounces(before, undelayed(match.after, fit.air, fit.delay))
 
 
@@ -112,10 +108,6 @@ def _is_leg(start: Event, end: Event) -> bool:
 def _balls(events: list[Event]) -> Ball:
     parts = [[e.position for e in events], [e.velocity for e in events], [e.spin for e in events]]
     return Ball(*(np.array(part, dtype=float).reshape(-1, 3) for part in parts))
-
-
-def _empty(count: int) -> Ball:
-    return Ball(*(np.empty((count, 3)) for _ in range(3)))
 
 
 def _counts(events: tuple[Event, ...], others: int, match: Match) -> list[Row]:
@@ -133,26 +125,24 @@ def _air_rows(fit: AirFit) -> list[Row]:
         Row("events: drag of all flights, standard error", fit.drag_sd, "1/m"),
         Row("events: Magnus coefficient of all flights", fit.air.magnus, "1"),
         Row("events: Magnus coefficient of all flights, standard error", fit.magnus_sd, "1"),
+        Row("events: lift saturation of all flights", fit.air.saturation, "1"),
+        Row("events: lift saturation of all flights, standard error", fit.saturation_sd, "1"),
         Row("events: delay of the velocities", 1e3 * fit.delay, "ms"),
     ]
 
 
-def _lift_classes(legs: Legs, fit: AirFit) -> Iterator[tuple[Bool[ndarray, "n"], Air]]:
-    """Yield classes of the spin ratio, each with the Magnus coefficient of its own flights."""
+def _lift_rows(legs: Legs, fit: AirFit) -> list[Row]:
+    """Return the Magnus coefficient with our saturation, and the linear ones by spin ratio."""
+    ours = fit_air(legs, saturation=Air().saturation).air
+    found = [Row("events: Magnus coefficient, our saturation", ours.magnus, "1")]
     for low, high in itertools.pairwise((*SPIN_RATIOS, np.inf)):
         which = (legs.spin_ratio >= low) & (legs.spin_ratio < high)
-        if which.sum() >= FEWEST:
-            yield which, fit_air(legs[which], drag=fit.air.drag, delay=fit.delay).air
-        elif which.any():
-            yield which, fit.air
-
-
-def _lift_rows(legs: Legs, fit: AirFit) -> list[Row]:
-    found = []
-    for which, air in _lift_classes(legs, fit):
+        if which.sum() < FEWEST:
+            continue
+        linear = fit_air(legs[which], drag=fit.air.drag, saturation=0.0, delay=fit.delay).air
         ratio = float(np.median(legs.spin_ratio[which]))
-        name = f"events: Magnus coefficient at spin ratio {ratio:.2f} (n = {which.sum()})"
-        found.append(Row(name, air.magnus, "1"))
+        name = f"events: linear Magnus coefficient at spin ratio {ratio:.2f} (n = {which.sum()})"
+        found.append(Row(name, linear.magnus, "1"))
     return found
 
 

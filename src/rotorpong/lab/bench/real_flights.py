@@ -3,7 +3,8 @@
 Every recording is cut at its strokes and bounces (`physics.flight_arcs`). Each arc of free flight
 is fitted with less and more of our model (`physics.flight_fit`); what a model leaves, it does not
 explain. Drag and lift of the whole population come from fits that believe nearly nothing, the
-Magnus coefficient from those whose spin was measured by other means (`lab.spin_files`), the
+Magnus coefficient from those whose spin was measured by other means (`lab.spin_files`): the linear
+one, by which the lift is that times the spin, and the one of our law, which saturates; the
 restitution from the fits on either side of a bounce (`physics.flight_bounces`).
 """
 
@@ -27,7 +28,8 @@ from rotorpong.physics.flight_fit import USUAL, Belief, FlightFit, fall, fit_fli
 
 Progress = Callable[[int, int], None]
 FEWEST_POINTS, SHORTEST = 12, 0.12  # points and s of an arc that tells drag from lift
-OPEN = Belief(drag_sd=0.1, drag_range=(0.0, 0.5), spin_sd=400.0)  # nearly nothing is believed
+OPEN = Belief(drag_sd=0.1, drag_range=(0.0, 0.5), spin_sd=400.0, saturation=0.0)
+"""Nearly nothing is believed; lift is measured as the spin that would give it if it were linear."""
 MODELS = {
     "gravity only": Belief(drag=0.0, drag_sd=0.0, spin_sd=0.0),
     "default drag": Belief(drag=Air().drag, drag_sd=0.0, spin_sd=0.0),
@@ -190,17 +192,21 @@ def _magnus_rows(found: list[Fitted]) -> list[Row]:
         Row("flights: arcs with measured spin", len(measured), "arcs"),
         Row("flights: spin and lift within 45 degrees", float(agree.mean()), "1"),
         Row("flights: spin against the lift", float(np.mean(cosine < -STRAIGHT)), "1"),
-        *_quantiles("flights: Magnus coefficient, spin and lift agree", magnus[agree], "1"),
+        *_quantiles("flights: linear Magnus coefficient", magnus[agree], "1"),
     ]
+    small = magnus * (1.0 + Air().saturation * ratio)  # at small spin ratios, by our law
+    found_rows += _quantiles("flights: Magnus coefficient, our saturation", small[agree], "1")
     for low, high in itertools.pairwise(SPIN_RATIOS):
         at = agree & (ratio >= low) & (ratio < high)
-        name = f"flights: Magnus coefficient at spin ratio {low:g}-{high:g}"
-        found_rows += _quantiles(name, magnus[at], "1")
+        words = f"at spin ratio {low:g}-{high:g}"
+        found_rows += _quantiles(f"flights: linear Magnus coefficient {words}", magnus[at], "1")
+        name = f"flights: Magnus coefficient, our saturation, {words}"
+        found_rows += _quantiles(name, small[at], "1")
     return found_rows
 
 
 def lift(fit: FlightFit, spin: Float[ndarray, "3"]) -> tuple[float, float, float]:
-    """Return Magnus coefficient, cosine between fitted and measured spin, and spin ratio."""
+    """Return linear Magnus coefficient, cosine between fitted and measured spin, and spin ratio."""
     speed = float(np.linalg.norm(fit.ball.velocity))
     along = fit.ball.velocity / speed
     fitted, measured = (w - (w @ along) * along for w in (fit.spin, spin))
