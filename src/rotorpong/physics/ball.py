@@ -16,9 +16,9 @@ with normal n, e its restitution and mu its friction, the ball being a thin shel
 
 2/5 is the impulse that stops the slip (I = 2/3 m r^2). World frame; every array may carry any
 leading batch shape; one ball and many go through the same kernel. Constants: docs/validation.md.
-Spin decay: between shot and bounce the spin about the vertical, which the bounce does not change, falls at a median 0.10 /s
-in 360 shots of real matches; friction in a laminar boundary layer, 4 pi viscosity r^2 / (m d) with
-thickness d = 0.4 mm at 7 m/s, gives 0.08.
+Spin decay: between shot and bounce the spin about the vertical, which the bounce does not change,
+falls at a median 0.10 /s in 360 shots of real matches; friction in a laminar boundary layer,
+4 pi viscosity r^2 / (m d) with thickness d = 0.4 mm at 7 m/s, gives 0.08.
 """
 
 import math
