@@ -207,11 +207,19 @@ def test_rows_are_exposed_evenly_about_the_frame_time_and_all_at_once_without_re
         {"delay_s": (float("nan"), 0.1)},
         {"focal_length_px": (0.0, 300.0)},
         {"distortion": (float("nan"), 0.0, 0.0, 0.0, 0.0)},
+        {"distortion": (-0.5, 0.0, 0.0, 0.0, 0.0)},  # folds back before the corners
+        {"width_px": 0},
+        {"height_px": 1},
     ],
     ids=str,
 )
 def test_a_camera_with_impossible_constants_is_refused_by_name(change):
     (name,) = change
-    word = {"focal_length_px": "focal length", "distortion": "distortion"}.get(name, name)
+    word = {
+        "focal_length_px": "focal length",
+        "distortion": "distortion",
+        "width_px": "0 x 360",
+        "height_px": "640 x 1",
+    }.get(name, name)
     with pytest.raises(InputError, match=word):
         require_camera(replace(GAZEBO, **change))

@@ -314,6 +314,7 @@ def test_tum_gazebo_is_a_vehicle():
         {"inertia_x": -1.0},
         {"gravity": np.nan},
         {"sample_ticks": 0.0},
+        {"sample_ticks": 2.5},
         {"tilt_limit": 2.0},
         {"command_offset_period": 0.0},
         {"horizontal_p": np.inf},
@@ -334,7 +335,9 @@ def test_every_range_holds_the_nominal_value_and_drones_are_drawn_from_it():
     assert all(getattr(d.constants, n) == getattr(Cascade(), n) for d in drones for n in others)
     whites = np.array([drone.sensor_noise.velocity_white for drone in drones])
     assert 0.05 <= whites.min() < whites.max() <= 0.15
-    assert all(drone.sensor_noise.gyro_white == 0.0 for drone in drones)
+    for drone in drones:
+        assert drone.sensor_noise.gyro_white == 0.0
+        assert drone.sensor_noise.attitude_white == drone.constants.attitude_noise  # one imu
 
 
 def test_every_drawn_drone_flies():

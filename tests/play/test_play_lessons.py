@@ -23,6 +23,7 @@ def test_a_hitting_point_is_the_end_of_the_path():
 def test_the_middle_of_the_blade_is_worth_twice_its_rim():
     assert reward_of(Verdict("hit", 0.0)) == 1.0
     assert reward_of(Verdict("hit", 1.0)) == 0.5
+    assert reward_of(Verdict("hit", 1.0 + 1e-12)) == 0.5  # an edge, to rounding
 
 
 def test_a_hit_nobody_measured_is_worth_as_much_as_the_best():

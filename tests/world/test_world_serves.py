@@ -299,6 +299,9 @@ def test_a_serve_of_impossible_constants_is_refused():
         (lambda: Serve(ball, air=Air(drag=-0.1)), "drag"),
         (lambda: Serve(ball, table=Surface(1.2, 0.2)), "table"),
         (lambda: Serve(lost), "finite"),
+        (lambda: Serve(replace(ball, position=np.array([0.5, 0.0, -0.01]))), "inside the table"),
+        (lambda: Serve(replace(ball, position=np.array([0.0, 0.0, 0.1]))), "inside the net"),
+        (lambda: Serve(replace(ball, position=np.array([2.0, 0.0, -0.75]))), "inside the floor"),
     ):
         with pytest.raises(InputError, match=named):
             make()

@@ -39,7 +39,7 @@ def follow(state, times, air, surface, height, most, path):
     Args:
         state: (9,) at the first time, changed in place.
         times: (n,) s, increasing.
-        air: drag and Magnus coefficient.
+        air: what it does to the ball.
         surface: what it bounces off.
         height: of the centre at a bounce, m.
         most: bounces; then it falls through.
@@ -74,7 +74,7 @@ def fall(states, air, height, longest, times):
 
     Args:
         states: (n, 9), changed in place.
-        air: drag and Magnus coefficient.
+        air: what it does to the ball.
         height: m.
         longest: s.
         times: (n,), written.

@@ -33,10 +33,10 @@ compared with what the model did that long and one dead time ago; the difference
 each cut at its limit: the loop may use the whole tilt limit in each axis (its authority is then
 8.7 m/s), and does where command and velocity differ by more than 2 m/s. The part of the tilt that
 holds the speed against drag follows the model, not v*: so m comes to rest only where v* = v_c, and
-a drone with other constants also reaches its command. With gain 2.5 /s and the lag of 0.14 s the
-loop is damped with 0.85 and lags a command by 0.1 + (1 + 0.14 drag) / gain = 0.53 s. `raw` leaves
-the loop out: the command is sent as fractions, with the limits of the factory
-(`ARDRONE2_RAW`); this is what a port without changes meets.
+a drone with other constants also reaches its command. With gain 2.5 /s and lag 0.14 s the loop is
+damped with (1 + lag drag) / (2 sqrt(gain lag)) = 0.91 and lags a command by
+0.1 + (1 + lag drag) / gain = 0.53 s. `raw` leaves the loop out: the command is sent as fractions,
+with the limits of the factory (`ARDRONE2_RAW`); this is what a port without changes meets.
 
 Frames: world and body of `conventions`; commands are forward, left, up in the level body frame.
 Batch: as in `vehicle`, each row gives the bits that it would give alone.

@@ -33,7 +33,8 @@ from rotorpong.conventions import BALL_RADIUS, GRAVITY, InputError, Vector3
 from rotorpong.physics import _ball_kernels
 
 STEP = 0.005  # s; position error after a whole flight < 1e-9 m
-MOST = 100.0  # of any coefficient of the air, in its unit; far beyond any ball's
+MOST = 10.0  # of drag, lift and spin decay, in their units: far beyond any ball's, and RK4 holds
+MOST_SATURATION = 1000.0
 
 
 class Air(NamedTuple):
@@ -72,11 +73,16 @@ class Ball:
 
 def require_air(air: Air) -> None:
     """Raise InputError unless a ball can fly in `air`."""
-    losses = (air.drag, air.spin_decay, air.saturation)
-    if not (all(0.0 <= loss < MOST for loss in losses) and -MOST < air.magnus < MOST):
+    within = (
+        0.0 <= air.drag <= MOST
+        and -MOST <= air.magnus <= MOST
+        and 0.0 <= air.spin_decay <= MOST
+        and 0.0 <= air.saturation <= MOST_SATURATION
+    )
+    if not within:
         raise InputError(
-            f"{air}: expected drag, spin_decay and saturation >= 0, magnus of either sign, all "
-            f"below {MOST:g}"
+            f"{air}: expected drag and spin_decay 0 to {MOST:g}, magnus within {MOST:g} of 0, "
+            f"saturation 0 to {MOST_SATURATION:g}"
         )
 
 

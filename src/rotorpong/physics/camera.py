@@ -29,6 +29,8 @@ NO_DISTORTION = (0.0, 0.0, 0.0, 0.0, 0.0)
 UNDISTORTION_STEPS = 20
 UNDISTORTION_TOLERANCE = 1e-12
 LONGEST_DELAY = 10.0  # s
+LENS_SAMPLES = 33  # in each direction, at which a lens is tried
+ROUND_TRIP_PX = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,6 +145,11 @@ def require_camera(camera: Camera) -> Camera:
             raise InputError(
                 f"camera {camera.name!r}: {name} is {value}; expected {least:g} to {most:g}"
             )
+    if camera.width_px < 2 or camera.height_px < 2:
+        raise InputError(
+            f"camera {camera.name!r}: a picture of {camera.width_px} x {camera.height_px} pixels; "
+            "expected at least 2 x 2"
+        )
     low, high = camera.delay_s
     if not 0.0 <= low <= high <= LONGEST_DELAY:
         raise InputError(
@@ -156,7 +163,28 @@ def require_camera(camera: Camera) -> Camera:
             f"{camera.center_px}, distortion {camera.distortion}, place {camera.position_m}; "
             "expected finite numbers and a focal length above 0"
         )
+    require_lens(camera)
     return camera
+
+
+@functools.lru_cache(maxsize=8)
+def require_lens(camera: Camera) -> None:
+    """Refuse a distortion that folds back inside the picture: undone and redone, it comes back.
+
+    Raises:
+        InputError: some pixels have no ray of their own.
+    """
+    across = np.linspace(0.0, camera.width_px - 1.0, LENS_SAMPLES)
+    down = np.linspace(0.0, camera.height_px - 1.0, LENS_SAMPLES)
+    pixels = np.stack(np.meshgrid(across, down), axis=-1)
+    with np.errstate(all="ignore"):
+        rays = directions(camera, pixels)
+        again = project(camera, np.concatenate([rays, np.ones_like(rays[..., :1])], axis=-1))
+        error = np.max(np.abs(again - pixels))
+    if not error < ROUND_TRIP_PX:
+        raise InputError(
+            f"distortion {camera.distortion} folds back inside the picture: it cannot be undone"
+        )
 
 
 def draw_camera(camera: Camera, rng: np.random.Generator) -> Camera:

@@ -138,7 +138,7 @@ def follow(
     Args:
         ball: at the first time, shape (3,).
         times: s, increasing.
-        air: drag and Magnus coefficient.
+        air: what it does to the ball.
         table: what it bounces off.
         most: bounces; after that it falls through.
     """
@@ -153,7 +153,7 @@ def fall(balls: Ball, air: Air, height: float, longest: float) -> tuple[Ball, Fl
 
     Args:
         balls: n of them, shape (n, 3).
-        air: drag and Magnus coefficient.
+        air: what it does to the ball.
         height: of the centre, m.
         longest: s after which the search ends; the time of a ball that is still above is NaN.
     """

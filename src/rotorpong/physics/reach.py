@@ -2,9 +2,9 @@
 
 An outer bound, for any vehicle. From its state at the decision, and with its noise to come, the
 vehicle is flown under every corner of its commands (each axis at minus its limit, zero or plus its
-limit), a little beyond the limits so that the noise of a message cannot weaken them, and under
-horizontal commands that swing from one limit to the other. With p the centre of mass and roll,
-pitch, yaw the attitude of these flights, k ticks after the decision:
+limit; the vertical one never at zero), a little beyond the limits so that the noise of a message
+cannot weaken them, and under horizontal commands that swing from one limit to the other. With p the
+centre of mass and roll, pitch, yaw the attitude of these flights, k ticks after the decision:
 
     p_low(k) = min p(k) - m(k),   p_high(k) = max p(k) + m(k)       per axis, over all flights
     each angle within its extremes over all flights and all ticks <= k

@@ -262,6 +262,11 @@ class TumGazebo:
             InputError: one is not finite, or negative, or zero where it may not be.
         """
         require_constants(self.name, self.constants, TUM_LIMITS)
+        ticks = self.constants.sample_ticks
+        if ticks != int(ticks):
+            raise InputError(
+                f"{self.name}: sample_ticks {ticks}: expected a finite number of whole ms"
+            )
 
     @property
     def limits(self) -> Float[ndarray, "4"]:
@@ -298,9 +303,14 @@ class TumGazebo:
         return flown(fly, self.constants, state, command, span=(ticks, new_command))
 
     def randomized(self, rng: np.random.Generator) -> "TumGazebo":
-        """Return another drone of its kind: constants and sensor noise drawn."""
+        """Return another drone of its kind: constants and sensor noise drawn.
+
+        Controller and navdata read one and the same imu, so that their attitude is as noisy.
+        """
         noise = drawn_noise(self.sensor_noise, rng)
-        return replace(self, constants=drawn(self.constants, TUM_RANGES, rng), sensor_noise=noise)
+        constants = drawn(self.constants, TUM_RANGES, rng)
+        noise = replace(noise, attitude_white=constants.attitude_noise)
+        return replace(self, constants=constants, sensor_noise=noise)
 
 
 TUM_GAZEBO = TumGazebo()

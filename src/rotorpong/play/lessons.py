@@ -39,7 +39,7 @@ def reward_of(verdict: Verdict) -> float:
         return 0.0
     if verdict.contact_offset is None:
         return UNKNOWN_OFFSET_REWARD
-    return 1.0 - 0.5 * verdict.contact_offset
+    return 1.0 - 0.5 * min(verdict.contact_offset, 1.0)  # an edge is the rim, to rounding
 
 
 def cost_of(reward: float) -> float:

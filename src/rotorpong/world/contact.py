@@ -13,10 +13,10 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
-from rotorpong.conventions import InputError
+from rotorpong.conventions import InputError, Vector3
 from rotorpong.physics.ball import Ball
 from rotorpong.world import _contact_kernels as kernels
-from rotorpong.world import _passing_kernels
+from rotorpong.world import _passing_kernels, _solid_kernels
 from rotorpong.world.court import (
     FLOOR_HEIGHT,
     NET_HALF_LENGTH,
@@ -37,6 +37,9 @@ TRACK_LOST = "track of the drone: expected finite poses"
 MOST_CONTACTS = 64  # of a piece of flight that are kept
 LEG = 250  # ticks, in which a landing is looked for
 MOST_BOUNCES = 8  # after which a flight over the court is given up
+
+COURT: tuple[Solid, ...] = ("table", "net", "floor")
+TOUCHING = 1e-9  # m by which a ball that rests on something may lie in it
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +110,15 @@ def advance_many(
     if not np.isfinite(tracks).all():
         raise InputError(TRACK_LOST)
     return _advance_many(states, start_time, tracks, solids, ticks=tracks.shape[1] - 1)
+
+
+def solid_at(position: Vector3) -> Solid | None:
+    """Return which of table, net and floor a ball with its centre at `position` (m) lies in."""
+    x, y, z = (float(value) for value in position)
+    for number, solid in enumerate(COURT):
+        if _solid_kernels.court_gap(number, x, y, z) < -TOUCHING:
+            return solid
+    return None
 
 
 def fly_over_court(state: BallState, ticks: int, solids: Solids) -> Float[ndarray, "ticks 9"]:

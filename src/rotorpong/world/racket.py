@@ -1,8 +1,10 @@
 """The racket and the hull that carry the game: what the ball can touch on the drone.
 
 The blade is an elliptic disc, facing forward, fixed to the body; the hull a flat cylinder about the
-centre of mass. Body frame, metres. The impulse of a 2.7 g ball on the drone is neglected (it
-changes the drone's velocity by less than 1 %).
+centre of mass. Body frame, metres. The impulse of a 2.7 g ball on the drone is neglected. A ball of
+7.5 m/s would change the velocity of an AR.Drone (0.43 kg) by 0.05 m/s on cardboard and 0.085 m/s on
+rubber, its pitch rate by 1.2 to 2 rad/s, and would itself leave 3 % slower; the drone of
+tum_simulator is 3.5 times as heavy.
 """
 
 from typing import NamedTuple

@@ -26,7 +26,7 @@ from rotorpong.physics.ball import (
     require_surface,
 )
 from rotorpong.world import _serve_kernels
-from rotorpong.world.contact import BallState, approach, state_of
+from rotorpong.world.contact import BallState, approach, solid_at, state_of
 from rotorpong.world.racket import HOME_BLADE
 from rotorpong.world.solids import Solids, parameters
 
@@ -60,6 +60,12 @@ class Serve:
         require_surface(self.table, "table")
         if not np.isfinite(state_of(self.ball)).all():
             raise InputError(f"serve of {self.ball}: expected finite position, velocity and spin")
+        blocked = solid_at(self.ball.position)
+        if blocked is not None:
+            raise InputError(
+                f"serve from {self.ball.position} m: released inside the {blocked}; expected a "
+                "place where the ball touches nothing"
+            )
 
 
 @dataclass(frozen=True, slots=True)
