@@ -20,6 +20,10 @@ LARGEST_SEED = 2**63 - 1
 BALL_RADIUS = 0.020  # m, ITTF
 BALL_DIAMETER = 2 * BALL_RADIUS  # the paper's h_world
 
+TABLE_HALF_LENGTH = 1.37  # m along x, ITTF
+TABLE_HALF_WIDTH = 0.7625  # m along y
+TABLE_HEIGHT = 0.76  # m above the floor
+
 CAMERA_FROM_BODY_AXES = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 """The one axis map: right = -left, down = -up, depth = forward. `camera = M @ body`."""
 CAMERA_FROM_BODY_AXES.setflags(write=False)

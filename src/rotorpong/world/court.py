@@ -4,8 +4,10 @@ The origin is the centre of the playing surface, x towards the opponent, y left,
 and net are those of the ITTF rules; the room is an ordinary sports hall.
 """
 
-TABLE_HALF_LENGTH = 1.37  # along x
-TABLE_HALF_WIDTH = 0.7625  # along y
+from rotorpong.conventions import TABLE_HALF_LENGTH as TABLE_HALF_LENGTH
+from rotorpong.conventions import TABLE_HALF_WIDTH as TABLE_HALF_WIDTH
+from rotorpong.conventions import TABLE_HEIGHT
+
 TABLE_THICKNESS = 0.025
 EDGE_LINE_WIDTH = 0.020
 CENTER_LINE_WIDTH = 0.003
@@ -22,7 +24,7 @@ LEG_X = 1.05  # distance of the leg frames from the net
 LEG_Y = 0.55
 LEG_WIDTH = 0.05
 
-FLOOR_HEIGHT = -0.76
+FLOOR_HEIGHT = -TABLE_HEIGHT
 CEILING_HEIGHT = 3.3
 ROOM_BACK = -5.0  # x of the wall behind the drone
 ROOM_FRONT = 7.0  # x of the wall behind the opponent

@@ -1,0 +1,420 @@
+"""The filter of `flight_filter`, compiled: flow and its slopes, prediction, updates, crossing."""
+
+import math
+
+import numpy as np
+
+from rotorpong.conventions import BALL_RADIUS, TABLE_HALF_LENGTH, TABLE_HALF_WIDTH
+from rotorpong.kernels import kernel
+from rotorpong.physics._ball_kernels import bounce, step
+from rotorpong.physics.ball import Air, Surface
+
+SIZE = 16  # of the state; its parts begin at
+POSITION, VELOCITY, SPIN, DRAG, SWELLING, TILT, LEVEL = 0, 3, 6, 9, 10, 11, 14
+FLOWN, MOVING, INPUTS = 9, 10, 13  # what flows; what it depends on; restitution, friction, height
+STEP = 0.01  # s; leaves 1e-7 m in a whole flight
+ROOT_STEPS, ROOT_TOLERANCE = 40, 1e-12
+NUDGES = np.array([1e-5] * 3 + [1e-4] * 3 + [1e-2] * 3 + [1e-4] * 3 + [1e-5])  # of the inputs
+ITERATIONS, CONVERGED = 5, 1e-9  # of an update; squared steps, in standard deviations
+WINDOW_STEPS, WINDOW_CONVERGED = 15, 1e-3  # of a fit; what another step would lower its cost by
+BACK = 1e-9  # m above the table where a ball is put that bounced
+
+
+@kernel
+def landing_share(state, dt, air, height, probe):
+    """Return where in a step the centre comes down to `height`: false position with bisection."""
+    a, b, fa = 0.0, 1.0, state[2] - height
+    step(state, dt, air, probe)
+    fb = probe[2] - height
+    c = 1.0
+    for k in range(ROOT_STEPS):
+        c = b - fb * (b - a) / (fb - fa) if k % 3 < 2 else 0.5 * (a + b)
+        step(state, c * dt, air, probe)
+        fc = probe[2] - height
+        if abs(fc) < ROOT_TOLERANCE:
+            break
+        if fc > 0.0:
+            a, fa = c, fc
+        else:
+            b, fb = c, fc
+    return c
+
+
+@kernel
+def advance(inputs, dt, air, work):
+    """Fly the state in work[0] on by dt over the table; return how often it bounced."""
+    state, after = work[0], work[1]
+    height = inputs[12] + BALL_RADIUS
+    rest, count = dt, 0
+    for _ in range(2):
+        step(state, rest, air, after)
+        if state[2] < height or after[2] >= height:
+            break
+        share = landing_share(state, rest, air, height, after)
+        step(state, share * rest, air, after)
+        if abs(after[0]) > TABLE_HALF_LENGTH or abs(after[1]) > TABLE_HALF_WIDTH:
+            step(state, rest, air, after)
+            break
+        bounce(after, work[2, :3], work[2, 3:6], Surface(inputs[10], inputs[11]))
+        after[2] = height + BACK
+        state[:] = after
+        rest *= 1.0 - share
+        count += 1
+    state[:] = after
+    return count
+
+
+@kernel
+def begin(inputs, law, work):
+    """Lay a flight out in `work`; return its air."""
+    work[0] = inputs[:FLOWN]
+    work[2] = 0.0
+    work[2, 2] = 1.0
+    return Air(inputs[DRAG], law.magnus, law.spin_decay, law.saturation)
+
+
+@kernel
+def flow(inputs, dt, law, work):
+    """Fly by dt >= 0 into work[0], bouncing where the table is; return how often.
+
+    Args:
+        inputs: (13,) position, velocity, spin, drag, restitution, friction, table height.
+        dt: s.
+        law: the air, whose drag is not read.
+        work: (3, 9) scratch.
+    """
+    air = begin(inputs, law, work)
+    count, steps = 0, max(1, math.ceil(dt / STEP))
+    for _ in range(steps):
+        count += advance(inputs, dt / steps, air, work)
+    return count
+
+
+@kernel
+def fly_to(inputs, plane, longest, law, work):
+    """Fly into work[0] until normal . p = offset is reached; return when, nan if it is not.
+
+    Args:
+        inputs: as `flow` takes them.
+        plane: (4,) normal and offset.
+        longest: s.
+        law: the air.
+        work: (3, 9) scratch.
+    """
+    air = begin(inputs, law, work)
+    before, time = np.empty(FLOWN), 0.0
+    gap = beyond(work[0], plane)
+    while time < longest:
+        before[:] = work[0]
+        advance(inputs, STEP, air, work)
+        new = beyond(work[0], plane)
+        if gap * new <= 0.0:
+            a, b, fa, fb, c = 0.0, 1.0, gap, new, 1.0
+            for k in range(ROOT_STEPS):
+                c = b - fb * (b - a) / (fb - fa) if k % 3 < 2 and fa != fb else 0.5 * (a + b)
+                work[0] = before
+                advance(inputs, c * STEP, air, work)
+                fc = beyond(work[0], plane)
+                if abs(fc) < ROOT_TOLERANCE:
+                    break
+                if fa * fc > 0.0:
+                    a, fa = c, fc
+                else:
+                    b, fb = c, fc
+            return time + c * STEP
+        gap = new
+        time += STEP
+    return math.nan
+
+
+@kernel
+def beyond(state, plane):
+    """Return the distance of a ball's centre from a plane, signed."""
+    return plane[0] * state[0] + plane[1] * state[1] + plane[2] * state[2] - plane[3]
+
+
+@kernel
+def inputs_of(mean, table):
+    """Return what the flow takes: the moving part of a state, and the table's numbers."""
+    inputs = np.empty(INPUTS)
+    inputs[:MOVING] = mean[:MOVING]
+    inputs[MOVING:] = table
+    return inputs
+
+
+@kernel
+def flow_slopes(inputs, dt, law, slopes, work):
+    """Write d(flow)/d(inputs) (9, 13) by central differences; return the bounces of the flow.
+
+    Where a nudged flight bounces more or less often, the difference is one-sided.
+    """
+    count = flow(inputs, dt, law, work)
+    end = work[0].copy()
+    columns = INPUTS if count > 0 else MOVING
+    slopes[:] = 0.0
+    for j in range(columns):
+        x = inputs[j]
+        inputs[j] = x + NUDGES[j]
+        up_count = flow(inputs, dt, law, work)
+        up = work[0].copy() if up_count == count else end
+        inputs[j] = x - NUDGES[j]
+        down_count = flow(inputs, dt, law, work)
+        down = work[0] if down_count == count else end
+        inputs[j] = x
+        sides = int(up_count == count) + int(down_count == count)
+        if sides > 0:
+            for i in range(FLOWN):
+                slopes[i, j] = (up[i] - down[i]) / (sides * NUDGES[j])
+    work[0] = end
+    return count
+
+
+@kernel
+def predict(mean, covariance, dt, law, table, spreads, walks):
+    """Carry a belief on by dt, in place; return the bounces.
+
+    Args:
+        mean: (16,).
+        covariance: (16, 16).
+        dt: s.
+        law: the air.
+        table: (3,) restitution, friction, height.
+        spreads: (3,) their standard deviations.
+        walks: (2,) m/s^2/sqrt(Hz) of unmodelled acceleration, rad/sqrt(s) of the gyro's tilt.
+    """
+    work, slopes = np.empty((3, FLOWN)), np.empty((FLOWN, INPUTS))
+    count = flow_slopes(inputs_of(mean, table), dt, law, slopes, work)
+    transition = np.eye(SIZE)
+    transition[:FLOWN, :MOVING] = slopes[:, :MOVING]
+    covariance[:] = transition @ covariance @ transition.T
+    mean[:FLOWN] = work[0]
+    for i in range(3):
+        q = walks[0] ** 2
+        covariance[i, i] += q * dt**3 / 3.0
+        covariance[i, VELOCITY + i] += q * dt**2 / 2.0
+        covariance[VELOCITY + i, i] += q * dt**2 / 2.0
+        covariance[VELOCITY + i, VELOCITY + i] += q * dt
+        covariance[TILT + i, TILT + i] += walks[1] ** 2 * dt
+    if count > 0:
+        for k in range(3):
+            for i in range(FLOWN):
+                for j in range(FLOWN):
+                    covariance[i, j] += (
+                        slopes[i, MOVING + k] * slopes[j, MOVING + k] * spreads[k] ** 2
+                    )
+    return count
+
+
+@kernel
+def look(mean, pose, expected, slopes):
+    """Write what a sight would be, (X/Z, Y/Z, angular radius), and its slopes (3, 16).
+
+    Args:
+        mean: (16,).
+        pose: (12,) camera's place in the world, and rows of the rotation to it from the world.
+        expected: (3,).
+        slopes: (3, 16).
+
+    Returns:
+        Whether the ball is before the camera.
+    """
+    rx, ry, rz = mean[0] - pose[0], mean[1] - pose[1], mean[2] - pose[2]
+    tx, ty, tz = mean[TILT], mean[TILT + 1], mean[TILT + 2]
+    wx, wy, wz = rx - (ty * rz - tz * ry), ry - (tz * rx - tx * rz), rz - (tx * ry - ty * rx)
+    slopes[:] = 0.0
+    x = pose[3] * wx + pose[4] * wy + pose[5] * wz
+    y = pose[6] * wx + pose[7] * wy + pose[8] * wz
+    z = pose[9] * wx + pose[10] * wy + pose[11] * wz
+    squared = x * x + y * y + z * z
+    if z <= 2.0 * BALL_RADIUS or squared <= 4.0 * BALL_RADIUS**2:
+        return False
+    distance = math.sqrt(squared)
+    sine = BALL_RADIUS / distance
+    expected[0], expected[1], expected[2] = x / z, y / z, math.asin(sine) + mean[SWELLING]
+    falling = -sine / (squared * math.sqrt(1.0 - sine * sine))
+    a = np.array([[1.0 / z, 0.0, -x / z**2], [0.0, 1.0 / z, -y / z**2],
+                  [falling * x, falling * y, falling * z]])  # fmt: skip
+    for i in range(3):
+        gx = a[i, 0] * pose[3] + a[i, 1] * pose[6] + a[i, 2] * pose[9]
+        gy = a[i, 0] * pose[4] + a[i, 1] * pose[7] + a[i, 2] * pose[10]
+        gz = a[i, 0] * pose[5] + a[i, 1] * pose[8] + a[i, 2] * pose[11]
+        slopes[i, 0] = gx - (gy * tz - gz * ty)
+        slopes[i, 1] = gy - (gz * tx - gx * tz)
+        slopes[i, 2] = gz - (gx * ty - gy * tx)
+        slopes[i, TILT] = gz * -ry + gy * rz
+        slopes[i, TILT + 1] = gx * -rz + gz * rx
+        slopes[i, TILT + 2] = gy * -rx + gx * ry
+    slopes[2, SWELLING] = 1.0
+    return True
+
+
+@kernel
+def update(mean, covariance, seen, noise, pose):
+    """Take in a sight, in place, by iterated updates; return its NIS, inf if it cannot be.
+
+    Args:
+        mean: (16,).
+        covariance: (16, 16).
+        seen: (3,) X/Z, Y/Z, angular radius.
+        noise: (3, 3) its covariance.
+        pose: as `look` takes it.
+    """
+    expected, slopes = np.empty(3), np.empty((3, SIZE))
+    guess, first = mean.copy(), math.inf
+    gain, spread = np.zeros((SIZE, 3)), np.zeros((3, 3))
+    for k in range(ITERATIONS):
+        if not look(guess, pose, expected, slopes):
+            return math.inf
+        across = covariance @ slopes.T
+        spread = slopes @ across + noise
+        error = seen - expected + slopes @ (guess - mean)
+        inverse = np.linalg.inv(spread)
+        if k == 0:
+            first = error @ inverse @ error
+        gain = across @ inverse
+        after = mean + gain @ error
+        moved = 0.0
+        for i in range(SIZE):
+            moved = max(moved, (after[i] - guess[i]) ** 2 / (covariance[i, i] + 1e-300))
+        guess = after
+        if moved < CONVERGED:
+            break
+    kept = np.eye(SIZE) - gain @ slopes
+    covariance[:] = kept @ covariance @ kept.T + gain @ noise @ gain.T
+    mean[:] = guess
+    return first
+
+
+@kernel
+def level(mean, covariance, seen, heading, variance):
+    """Take in a reading of roll and pitch beyond those of the gyro's path, in place.
+
+    Args:
+        mean: (16,).
+        covariance: (16, 16).
+        seen: (2,) rad.
+        heading: rad.
+        variance: rad^2, of each.
+    """
+    c, s = math.cos(heading), math.sin(heading)
+    for axis in range(2):
+        slope = np.zeros(SIZE)
+        slope[TILT], slope[TILT + 1] = (c, s) if axis == 0 else (-s, c)
+        slope[LEVEL + axis] = 1.0
+        across = covariance @ slope
+        spread = slope @ across + variance
+        error = seen[axis] - slope @ mean
+        mean += across * (error / spread)
+        covariance -= np.outer(across, across) / spread
+
+
+@kernel
+def crossing(mean, covariance, plane, longest, law, table, spreads, out):
+    """Predict where a plane is crossed; return when (s from now), nan if it is not.
+
+    Args:
+        mean: (16,).
+        covariance: (16, 16).
+        plane: (4,) normal and offset.
+        longest: s.
+        law: the air.
+        table: (3,) restitution, friction, height.
+        spreads: (3,) their standard deviations.
+        out: (7, 8), written: first column place, velocity and time of the crossing, the others
+            their covariance.
+    """
+    work, inputs = np.empty((3, FLOWN)), inputs_of(mean, table)
+    time = fly_to(inputs, plane, longest, law, work)
+    if math.isnan(time):
+        return time
+    end, slopes = np.empty(7), np.zeros((7, INPUTS))
+    end[:6], end[6] = work[0, :6], time
+    for j in range(INPUTS):
+        x = inputs[j]
+        for sign in (1.0, -1.0):
+            inputs[j] = x + sign * NUDGES[j]
+            other = fly_to(inputs, plane, longest, law, work)
+            if math.isnan(other):
+                inputs[j] = x
+                return other
+            for i in range(6):
+                slopes[i, j] += 0.5 * sign * work[0, i] / NUDGES[j]
+            slopes[6, j] += 0.5 * sign * other / NUDGES[j]
+        inputs[j] = x
+    spread = np.zeros((INPUTS, INPUTS))
+    spread[:MOVING, :MOVING] = covariance[:MOVING, :MOVING]
+    for k in range(3):
+        spread[MOVING + k, MOVING + k] = spreads[k] ** 2
+    out[:, 0] = end
+    out[:, 1:] = slopes @ spread @ slopes.T
+    return time
+
+
+@kernel
+def normal_equations(prior, root, sights, law, table, mean, normal, pull):
+    """Write normal matrix (16, 16) and gradient (16,) of a window's fit; return twice its cost.
+
+    Arguments as `window` takes them. The cost is inf where a sight cannot be.
+    """
+    work, slopes = np.empty((3, FLOWN)), np.empty((FLOWN, INPUTS))
+    expected, look_slopes = np.empty(3), np.empty((3, SIZE))
+    away = prior - mean
+    normal[:], pull[:] = root, root @ away
+    cost = away @ pull
+    now, chain, onward = mean.copy(), np.eye(SIZE), np.eye(SIZE)
+    for n in range(sights.shape[0]):
+        dt = sights[n, 0] - (sights[n - 1, 0] if n > 0 else 0.0)
+        if dt > 0.0:
+            flow_slopes(inputs_of(now, table), dt, law, slopes, work)
+            now[:FLOWN] = work[0]
+            onward[:FLOWN, :MOVING] = slopes[:, :MOVING]
+            chain = onward @ chain
+        if not (np.isfinite(now).all() and look(now, sights[n, 13:], expected, look_slopes)):
+            return math.inf
+        weight = sights[n, 4:13].copy().reshape(3, 3)
+        error = sights[n, 1:4] - expected
+        rows = look_slopes @ chain
+        weighted = rows.T @ weight
+        normal += weighted @ rows
+        pull += weighted @ error
+        cost += error @ weight @ error
+    return cost
+
+
+@kernel
+def window(prior, root, sights, law, table, mean, covariance):
+    """Fit one flight to all sights by Gauss-Newton steps, in place; return twice the cost.
+
+    A step that makes it worse is halved.
+
+    Args:
+        prior: (16,) at the first sight's time.
+        root: (16, 16) inverse of the prior's covariance.
+        sights: (n, 25) time since the first; X/Z, Y/Z, angular radius; the inverse of their
+            covariance; pose.
+        law: the air.
+        table: (3,).
+        mean: (16,) first guess; the fit.
+        covariance: (16, 16), written: that of the fit.
+    """
+    normal, pull = np.empty((SIZE, SIZE)), np.empty(SIZE)
+    cost = normal_equations(prior, root, sights, law, table, mean, normal, pull)
+    if not math.isfinite(cost):
+        return cost
+    for _ in range(WINDOW_STEPS):
+        shift = np.linalg.solve(normal, pull)
+        gain, share = shift @ pull, 1.0
+        while share > 1e-3:
+            after = mean + share * shift
+            new = normal_equations(prior, root, sights, law, table, after, normal, pull)
+            if new <= cost:
+                break
+            share *= 0.5
+        if not new <= cost:
+            normal_equations(prior, root, sights, law, table, mean, normal, pull)
+            break
+        mean[:], cost = after, new
+        if gain < WINDOW_CONVERGED:
+            break
+    covariance[:] = np.linalg.inv(normal)
+    return cost

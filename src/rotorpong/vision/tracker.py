@@ -1,0 +1,255 @@
+"""Eyes that follow the ball: search, predict, look where it must be, measure, estimate.
+
+    navdata -> own motion ----------------------------.
+    frame -> box about the prediction -> candidates -> sight -> flight filter -> BallEstimate
+
+Nothing known: the whole picture is searched, and each of the best candidates starts a track of its
+own. From then on a track reads of every frame only the box in which the ball must be (4 standard
+deviations and the ball itself), takes of the candidates there the one with the least NIS, and
+refuses all if none is within the gate: it then coasts. A track that misses too often ends; what is
+told is the track that saw the ball most often. A thing that stands still, or that a hand holds,
+does not fall, so its track ends within a few frames.
+
+After each sight of a flight that may have bounced since the last, both histories are tried: the
+one with the smaller NIS stays.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from rotorpong.conventions import BALL_RADIUS, InputError, Vector3
+from rotorpong.drone import BallEstimate, Box, Frame, Observation
+from rotorpong.physics.camera import Camera, camera_from_body, project, row_time
+from rotorpong.vision.detect import ORANGE, Colour, as_picture, detect
+from rotorpong.vision.flight_filter import (
+    HUMAN_PRIOR,
+    Belief,
+    Crossing,
+    Prior,
+    Sight,
+    crossing,
+    ground,
+    place,
+    predict,
+    read_level,
+    update,
+)
+from rotorpong.vision.own_motion import OwnMotion, Reading
+
+HOME = (-1.90, 0.0, 0.19)  # m, where the body hovers at the release, table frame
+MOST_TRACKS = 4
+GATE = 16.3  # chi-square of 3 degrees, 99.9 %
+CONFIRMED = 4  # sights after which a track is believed to be a ball
+MOST_MISSES, MOST_BLIND = 2, 10  # frames in a row, before and after that
+BOX_SIGMAS, BOX_MARGIN_PX = 4.0, 8.0
+LEAST_SCORE = 0.05
+NEAREST = 0.15  # m
+
+
+@dataclass(slots=True)
+class _Track:
+    """One thing that may be the ball."""
+
+    belief: Belief
+    sights: list[Sight]
+    missed: int = 0
+    nis: list[float] = field(default_factory=list)
+
+    @property
+    def is_confirmed(self) -> bool:
+        return len(self.sights) >= CONFIRMED
+
+    @property
+    def is_lost(self) -> bool:
+        return self.missed > (MOST_BLIND if self.is_confirmed else MOST_MISSES)
+
+
+class TrackerEyes:
+    """Eyes for one serve."""
+
+    def __init__(
+        self,
+        camera: Camera,
+        *,
+        prior: Prior = HUMAN_PRIOR,
+        home: tuple[float, float, float] = HOME,
+        colours: Sequence[Colour | str] = (ORANGE,),
+    ) -> None:
+        """Look through `camera`.
+
+        Args:
+            camera: whose frames these are.
+            prior: what is known of serve, air, table and attitude.
+            home: where the body is at the start, m, origin in the middle of the table.
+            colours: of balls.
+        """
+        self._camera, self._prior = camera, prior
+        self._colours = tuple(colours)
+        self._motion = OwnMotion(np.array(home))
+        self._axes = camera_from_body(camera)
+        self._ground = ground(prior, 0.0)
+        self._tracks: list[_Track] = []
+
+    def see(self, observation: Observation) -> BallEstimate | None:
+        """Return the ball in the camera frame at the frame's time, with its covariance.
+
+        Raises:
+            InputError: the frame is not of this camera's size.
+        """
+        frame, time = observation.frame, float(observation.frame_time)
+        if (frame.width, frame.height) != (self._camera.width_px, self._camera.height_px):
+            raise InputError(
+                f"a frame of {frame.width} x {frame.height} pixels; camera {self._camera.name} "
+                f"has {self._camera.width_px} x {self._camera.height_px}"
+            )
+        self._level(self._motion.add(observation.navdata))
+        if self._tracks:
+            for track in self._tracks:
+                self._follow(track, frame, time)
+            self._tracks = [track for track in self._tracks if not track.is_lost]
+        if not any(track.is_confirmed for track in self._tracks):
+            self._search(frame, time)
+        best = self.best
+        return None if best is None or best.missed else self._told(best.belief)
+
+    @property
+    def best(self) -> _Track | None:
+        """The track that saw its ball most often, and at least twice."""
+        seen = [track for track in self._tracks if len(track.sights) > 1]
+        return max(seen, key=lambda track: len(track.sights), default=None)
+
+    @property
+    def belief(self) -> Belief | None:
+        """What is known of the ball, table frame, at the time of the last frame."""
+        return None if self.best is None else self.best.belief
+
+    def crossing(self, normal: Vector3, offset: float) -> Crossing | None:
+        """Return where the ball will pass the plane normal . p = offset (table frame, m)."""
+        belief = self.belief
+        return None if belief is None else crossing(belief, normal, offset, self._prior)
+
+    def _level(self, reading: Reading | None) -> None:
+        if reading is None:
+            return
+        quality = self._prior.attitude
+        sd = quality.reading_sd / math.sqrt(max(1.0, reading.duration * quality.reading_rate))
+        self._ground = read_level(self._ground, reading.angles, reading.heading, sd)
+        for track in self._tracks:
+            track.belief = read_level(track.belief, reading.angles, reading.heading, sd)
+
+    def _follow(self, track: _Track, frame: Frame, time: float) -> None:
+        """Take in of a frame what is seen where the ball of a track must be."""
+        flown = predict(track.belief, time, self._prior)
+        box = self._box(flown)
+        found = [] if box is None else self._sights(frame, time, box)
+        tried = [self._taken(track.belief, sight) for sight in found]
+        best = min(tried, key=lambda one: one[1], default=(flown, math.inf))
+        if best[1] < GATE:
+            nearest = min(range(len(tried)), key=lambda k: tried[k][1])
+            track.belief, track.missed = best[0], 0
+            track.sights.append(found[nearest])
+            track.nis.append(best[1])
+        else:
+            track.belief, track.missed = flown, track.missed + 1
+
+    def _taken(self, belief: Belief, sight: Sight) -> tuple[Belief, float]:
+        """Return the belief after a sight, and its NIS, by the history that explains it best."""
+        told = update(predict(belief, sight.time, self._prior), sight)
+        bounced = belief.velocity[2] < 0.0 < told[0].velocity[2]
+        if not bounced:
+            return told
+        flown_on = predict(belief, sight.time, self._prior, bounces=False)
+        return min(told, update(flown_on, sight), key=lambda one: one[1])
+
+    def _search(self, frame: Frame, time: float) -> None:
+        """Start tracks from what looks like a ball and is no track's yet."""
+        whole = (0, 0, frame.width, frame.height)
+        room = MOST_TRACKS - len(self._tracks)
+        for sight in self._sights(frame, time, whole)[:room]:
+            if any(self._is_of(track, sight) for track in self._tracks):
+                continue
+            start = place(replace(self._ground, time=sight.time), sight)
+            belief, _ = update(start, sight)
+            self._tracks.append(_Track(belief, [sight]))
+
+    @staticmethod
+    def _is_of(track: _Track, sight: Sight) -> bool:
+        last = track.sights[-1]
+        return abs(last.time - sight.time) < 1e-3 or track.missed == 0
+
+    def _sights(self, frame: Frame, time: float, box: Box) -> list[Sight]:
+        """Return what may be balls in a box of the frame, best first."""
+        picture = as_picture(frame.region(*box))
+        found = detect(picture, self._colours)
+        sights = []
+        for ball in found:
+            if ball.score >= LEAST_SCORE:
+                sights.append(
+                    self._sight(ball.x_px + box[0], ball.y_px + box[1], ball.diameter_px, time)
+                )
+        return sights
+
+    def _sight(self, x: float, y: float, diameter: float, time: float) -> Sight:
+        from rotorpong.vision.locate import ball_position
+
+        position = ball_position(self._camera, np.array([x, y]), np.array(diameter), eq1=False)
+        distance = float(np.linalg.norm(position))
+        seen = np.array(
+            [
+                position[0] / position[2],
+                position[1] / position[2],
+                math.asin(BALL_RADIUS / distance),
+            ]
+        )
+        f = self._camera.focal_length_px[0]
+        noise = np.diag(np.square([0.15 / f, 0.15 / f, 0.15 / f]))
+        noise[:2, :2] += self._prior.attitude.jitter_sd**2 * np.eye(2)
+        at = float(row_time(self._camera, time, np.array(y)))
+        body, turned = self._motion.pose(at)
+        eye = body + turned @ np.array(self._camera.position_m)
+        return Sight(at, seen, noise, eye, self._axes @ turned.T)
+
+    def _view(self, belief: Belief) -> tuple[Vector3, Float[ndarray, "3 3"]]:
+        """Return where the camera is, and the rotation to it from the table frame, tilt included."""
+        body, turned = self._motion.pose(belief.time)
+        x, y, z = belief.mean[11:14]
+        tilt = np.array([[1.0, z, -y], [-z, 1.0, x], [y, -x, 1.0]])
+        eye = body + turned @ np.array(self._camera.position_m)
+        return eye, self._axes @ turned.T @ tilt
+
+    def _box(self, belief: Belief) -> Box | None:
+        """Return where in the picture the ball must be; `None` if it is out of it."""
+        eye, rotation = self._view(belief)
+        ball = rotation @ (belief.position - eye)
+        if ball[2] < NEAREST:
+            return None
+        pixel = project(self._camera, ball)
+        spread = rotation @ belief.covariance[:3, :3] @ rotation.T
+        focal = self._camera.focal_length_px[0]
+        radius = focal * BALL_RADIUS / ball[2]
+        sd = focal / ball[2] * np.sqrt(np.diag(spread)[:2]) + focal * np.sqrt(
+            np.diag(belief.covariance)[[12, 11]]
+        )
+        half = BOX_SIGMAS * sd + 2.0 * radius + BOX_MARGIN_PX
+        if not np.all(np.isfinite([*pixel, *half])):
+            return None
+        low = np.maximum(np.floor(pixel - half), 0).astype(int)
+        size = (self._camera.width_px, self._camera.height_px)
+        high = np.minimum(np.ceil(pixel + half) + 1, size).astype(int)
+        if np.any(high - low < 2):
+            return None
+        return int(low[0]), int(low[1]), int(high[0]), int(high[1])
+
+    def _told(self, belief: Belief) -> BallEstimate:
+        """Return a belief in the camera's frame."""
+        eye, rotation = self._view(belief)
+        turn = np.kron(np.eye(2), rotation)
+        position = rotation @ (belief.position - eye)
+        velocity = rotation @ (belief.velocity - self._motion.velocity(belief.time))
+        covariance = turn @ belief.covariance[:6, :6] @ turn.T
+        return BallEstimate(belief.time, position, velocity, covariance)
