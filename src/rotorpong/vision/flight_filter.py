@@ -204,6 +204,20 @@ def update(belief: Belief, sight: Sight) -> tuple[Belief, float]:
     return Belief(belief.time, mean, covariance), nis
 
 
+def begin(known: Belief, sights: Sequence[Sight], prior: Prior) -> Belief:
+    """Return the belief at the last of the first few sights.
+
+    While the velocity is unknown the flow is not linear in it, so all of them are fitted at once.
+
+    Args:
+        known: of everything but the ball.
+        sights: in order of time, at least one.
+        prior: the laws.
+    """
+    fit, _ = fit_window(known, sights, prior)
+    return predict(fit, sights[-1].time, prior)
+
+
 def read_level(belief: Belief, reading: Float[ndarray, "2"], heading: float, sd: float) -> Belief:
     """Return the belief with a reading of roll and pitch taken in.
 
