@@ -27,6 +27,7 @@ from rotorpong.world.serves import HUMAN, draw
 EYE = np.array([-1.69, 0.0, 0.20])
 PLANE = -1.65  # m, x
 FOCAL = 1124.0
+RENEWALS = (7, 10, 14, 20)
 FIRST = 5  # sights that are fitted at once
 SDS = np.array([0.10, 0.10, 0.08]) / FOCAL
 LEVEL = replace(
@@ -69,9 +70,11 @@ def watched(seed, *, until=0.45, turn=None):
 def filtered(sights, prior=LEVEL):
     """Return the belief after all sights, and the NIS of those after the first fit."""
     belief, levels = begin(ground(prior, 0.0), sights[:FIRST], prior), []
-    for one in sights[FIRST:]:
+    for k, one in enumerate(sights[FIRST:], start=FIRST + 1):
         belief, nis = update(predict(belief, one.time, prior), one)
         levels.append(nis)
+        if k in RENEWALS:
+            belief = begin(ground(prior, 0.0), sights[:k], prior)
     return belief, levels
 
 

@@ -24,7 +24,10 @@ covariance R, as a camera at a known place, turned by the gyro's attitude and t,
     NIS = (z - h(x0))^T S^-1 (z - h(x0))          chi-square of 3 degrees if the filter is right
 
 The same model fitted to a window of sights at once, `fit_window`, is the maximum of the posterior
-(Gauss-Newton); its inverse normal matrix is the Cramer-Rao bound.
+(Gauss-Newton), with the gyro's walk as correlated noise of the sights; its inverse normal matrix is
+the Cramer-Rao bound. The filter is begun by such a fit, and renewed by one now and then: far away a
+picture tells directions a hundred times better than distances, and an EKF that was once linear
+about a wrong distance stays too sure of itself.
 """
 
 import math
@@ -264,7 +267,9 @@ def fit_window(known: Belief, sights: Sequence[Sight], prior: Prior) -> tuple[Be
     cost = math.inf
     root = np.linalg.inv(start.covariance + CERTAIN * np.eye(kernels.SIZE))
     for count in _growing(len(sights)):
-        cost = kernels.window(start.mean, root, rows[:count], prior.air, table, mean, covariance)
+        cost = kernels.window(
+            start.mean, root, rows[:count], prior.air, table, prior.attitude.walk, mean, covariance
+        )
     return Belief(sights[0].time, mean, covariance), cost
 
 
@@ -289,8 +294,8 @@ def _first_velocity(known: Belief, sights: Sequence[Sight]) -> Float[ndarray, "3
 
 
 def _row(sight: Sight, start: float) -> Float[ndarray, "25"]:
-    weight = np.linalg.inv(sight.covariance).ravel()
-    return np.concatenate([[sight.time - start], sight.seen, weight, sight.pose])
+    spread = sight.covariance.ravel()
+    return np.concatenate([[sight.time - start], sight.seen, spread, sight.pose])
 
 
 def _table(prior: Prior, *, bounces: bool) -> tuple[Float[ndarray, "3"], Float[ndarray, "3"]]:

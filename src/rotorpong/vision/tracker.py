@@ -32,6 +32,7 @@ from rotorpong.vision.flight_filter import (
     Crossing,
     Prior,
     Sight,
+    begin,
     crossing,
     ground,
     place,
@@ -44,6 +45,7 @@ from rotorpong.vision.own_motion import OwnMotion, Reading
 HOME = (-1.90, 0.0, 0.19)  # m, where the body hovers at the release, table frame
 MOST_TRACKS = 4
 GATE = 16.3  # chi-square of 3 degrees, 99.9 %
+RENEWALS = (2, 3, 4, 5, 7, 10, 14, 20, 28)  # sights, at which all of them are fitted at once
 CONFIRMED = 4  # sights after which a track is believed to be a ball
 MOST_MISSES, MOST_BLIND = 2, 10  # frames in a row, before and after that
 BOX_SIGMAS, BOX_MARGIN_PX = 4.0, 8.0
@@ -154,6 +156,8 @@ class TrackerEyes:
             track.belief, track.missed = best[0], 0
             track.sights.append(found[nearest])
             track.nis.append(best[1])
+            if len(track.sights) in RENEWALS:
+                track.belief = begin(self._ground, track.sights, self._prior)
         else:
             track.belief, track.missed = flown, track.missed + 1
 
