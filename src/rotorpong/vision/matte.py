@@ -1,0 +1,287 @@
+"""One ball, measured to hundredths of a pixel: a matte, its area, its edge.
+
+**Matte.** In linear light a pixel is  c = alpha B b + (1 - alpha) g:  alpha its share of ball, b the
+ball's colour (unit length), B its shading there, g the background. With
+
+    alpha = w.(c - g) / w.D,   w = S^-1 D,   D = B b - g                             Eq. (1)
+    S = noise 1 + (shading B)^2 b b^T + scatter of the background                    Eq. (2)
+
+(Fisher's direction) w is orthogonal to b as far as the shading is unknown, so that an orange ball's
+pixels give 1 however they are lit, and it avoids what varies behind the ball: brightness on a
+textured wall, white lines on a blue table. For a white ball b is grey, most backgrounds differ from
+it in brightness only, so its shading is taken as better known: B is a fitted Lambert ball,
+s0 + s . normal. g, S and w are those of 24 sectors of a thin ring around the ball, alpha is
+interpolated between them. A sector whose ball and background differ by less than their sd, or
+without pixels in the picture, has no weight.
+
+**Area.** radius = sqrt(sum alpha / pi), centre = centroid of alpha: what a moving ball covers over
+the exposure adds up to the ball's area, whatever the blur. It needs the whole ball and a background
+known all around. Inside, 2.5 sigma from the edge, alpha is 1 without looking.
+
+**Edge.** Gauss-Newton with Geman-McClure weights on
+
+    alpha = Phi((R - rho) / s),  s^2 = a + b cos 2 phi + c sin 2 phi                  Eq. (3)
+    R = r - (a - b cos 2 phi - c sin 2 phi) / (2 r)                                  Eq. (4)
+
+over the pixels around the outline: rho, phi polar coordinates about the centre, s the blur across
+the edge, (4) what the blur along a curved edge takes away from it (r + sigma^2 / (2 r) undoes it).
+Short streaks of motion are in b, c: L^2 = 24 sqrt(b^2 + c^2). From 2.2 px on (and 3 sd) the ball is
+fitted as one that moves: (3) is averaged over the exposure, -u to u, with u unknown up to its sign.
+The centre is that of mid exposure.
+
+Both measure where the picture is a circle once `shape` is undone (`sphere.outline_shape`).
+Covariances add to that of the pixels what a wrong background of each sector would do. The edge is
+near the Cramer-Rao bound and what is reported; the area is 2 to 5 times worse on a textured
+background and serves as a check: `disagreement` is the largest difference between the two, in sd.
+
+Pixel centres have whole coordinates, in the frame of the whole picture.
+"""
+
+import functools
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float, UInt8
+from numpy import ndarray
+
+from rotorpong.conventions import InputError
+from rotorpong.vision._matte_kernels import PARAMETERS, Found, Paint, measure
+from rotorpong.vision.sphere import symmetric_shape
+
+FIRST_VARIANCE = 0.45  # px^2, of the edge: lens, demosaicing and the pixel itself
+MARGIN_PX, MARGIN_SHARE = 7, 0.3  # around a guess: room for its error and the ring
+LEAST_RADIUS_PX = 1.2
+LEAST_SECTORS = 0.3  # share of the outline that is seen before a background
+MOST_RADIUS_SD = 0.2  # relative
+MOST_RESIDUAL = 0.2  # rms of alpha along the outline
+MOST_ANGLE_SD = 6.0  # between the ball's colour and what is known of it
+MOST_GROWTH = 2.5  # of the radius, from the guess
+MOST_MOVE = 1.0  # of the centre from the guess, in diameters
+BLURRED_PX = 1.0
+SIGNIFICANT = 2.0  # sd of a streak
+
+
+@dataclass(frozen=True, slots=True)
+class BallColour:
+    """What is known of a ball's colour."""
+
+    name: str
+    levels_bgr: tuple[float, float, float]  # picture levels of a ball in good light
+    tolerance: float = 0.08  # rad in linear light, sd of the colour's direction
+    shading: float = 0.5  # relative sd of the brightness about a fitted Lambert ball
+
+
+ORANGE_BALL = BallColour("orange", (40.0, 128.0, 250.0))
+WHITE_BALL = BallColour("white", (238.0, 242.0, 245.0), tolerance=0.05, shading=0.05)
+BALL_COLOURS = {colour.name: colour for colour in (ORANGE_BALL, WHITE_BALL)}
+
+
+@dataclass(frozen=True, slots=True)
+class Guess:
+    """Where a ball may be: of a coarse circle, or predicted."""
+
+    x_px: float
+    y_px: float
+    diameter_px: float
+    streak_px: tuple[float, float] = (0.0, 0.0)  # how far it moves in the exposure, if known
+    shape: Float[ndarray, "2 2"] | None = None  # of the outline, determinant 1; None: a circle
+
+
+@dataclass(frozen=True, slots=True)
+class BallDisc:
+    """A measured ball: centroid and area radius, at mid exposure."""
+
+    x_px: float
+    y_px: float
+    radius_px: float
+    covariance: Float[ndarray, "3 3"]  # of x, y, radius, px^2
+    streak_px: tuple[float, float]  # motion in the exposure, up to its sign; 0 if none is seen
+    disagreement: float | None  # between area and edge, sd; None if there is only one
+    levels_bgr: tuple[float, float, float]  # the ball's own colour, picture levels
+
+    @property
+    def blurred(self) -> bool:
+        """Whether the ball moved a pixel or more during the exposure."""
+        return math.hypot(*self.streak_px) > BLURRED_PX
+
+
+def measure_ball(
+    region: UInt8[ndarray, "height width 3"],
+    guess: Guess,
+    colour: BallColour = ORANGE_BALL,
+    *,
+    offset: tuple[int, int] = (0, 0),
+    gamma: float = 1.0,
+) -> BallDisc | None:
+    """Return the ball near a guess, or None if there is none that can be measured.
+
+    Args:
+        region: part of a picture, blue, green, red; `region_around` gives a box large enough. What
+            lies beyond it counts as outside the picture.
+        guess: good to a third of a radius, in the whole picture's pixels.
+        colour: of the ball. A smaller tolerance helps where blur leaves no pixel all ball: pass
+            `replace(colour, levels_bgr=disc.levels_bgr, tolerance=0.01)` of an earlier disc.
+        offset: column and row of the region's first pixel.
+        gamma: level = 255 (light / 255)^(1 / gamma).
+
+    Raises:
+        InputError: the guess is not finite or has no size, or gamma is not above 0.
+    """
+    area, edge = area_and_edge(region, guess, colour, offset=offset, gamma=gamma)
+    if edge is None or area is None:
+        return edge
+    return replace(edge, disagreement=_disagreement(area, edge))
+
+
+def area_and_edge(
+    region: UInt8[ndarray, "height width 3"],
+    guess: Guess,
+    colour: BallColour = ORANGE_BALL,
+    *,
+    offset: tuple[int, int] = (0, 0),
+    gamma: float = 1.0,
+) -> tuple[BallDisc | None, BallDisc | None]:
+    """Return both measurements of `measure_ball`: by the area and by the edge."""
+    numbers = (guess.x_px, guess.y_px, guess.diameter_px, *guess.streak_px)
+    if not (all(map(math.isfinite, numbers)) and guess.diameter_px > 0.0 and gamma > 0.0):
+        raise InputError(f"{guess}, gamma {gamma}: expected finite numbers, size and gamma above 0")
+    shape = np.eye(2) if guess.shape is None else np.ascontiguousarray(guess.shape, dtype=float)
+    state = np.array([*numbers[:2], 0.5 * guess.diameter_px, 0.0, 0.0, FIRST_VARIANCE])
+    state[:2] -= offset
+    if math.hypot(*guess.streak_px) > 2.0 * BLURRED_PX:
+        state[3:5] = np.linalg.solve(shape, 0.5 * np.array(guess.streak_px))
+    found = _blank()
+    measure(np.ascontiguousarray(region), state, shape, _paint(colour, gamma), found)
+    if not _is_ball(found, colour, guess.diameter_px):
+        return None, None
+    frame = _Frame(state[:2] + offset, shape)
+    streak, levels = frame.vector(_streak(found, state)), _levels(found.about[5:8], gamma)
+    edge = _disc(frame, found.edge, found.covariance[:3, :3], streak, levels)
+    if math.hypot(edge.x_px - guess.x_px, edge.y_px - guess.y_px) > MOST_MOVE * guess.diameter_px:
+        return None, None
+    if found.about[4] == 0.0:
+        return None, edge
+    return _disc(frame, found.area, np.diag(found.area[3:]), streak, levels), edge
+
+
+def region_around(guess: Guess, width: int, height: int) -> tuple[int, int, int, int]:
+    """Return the box x0, y0, x1, y1 (ends exclusive) of a picture to measure the guess in.
+
+    It is empty where the guess lies outside.
+    """
+    room = (0.5 + MARGIN_SHARE) * guess.diameter_px + MARGIN_PX
+    half_x = int(room + 0.5 * abs(guess.streak_px[0])) + 1
+    half_y = int(room + 0.5 * abs(guess.streak_px[1])) + 1
+    x, y = round(guess.x_px), round(guess.y_px)
+    x0, y0 = min(max(x - half_x, 0), width), min(max(y - half_y, 0), height)
+    return x0, y0, max(min(x + half_x + 1, width), x0), max(min(y + half_y + 1, height), y0)
+
+
+def without_rolling(disc: BallDisc, row_velocity_px_s: float, row_time: float) -> BallDisc:
+    """Return the disc that a camera without rolling shutter would have seen at the centre's time.
+
+    Rows are exposed one after the other, so a ball that falls through the picture is stretched by
+    1 / (1 - v t) along its columns, and its area with it. The centre is where the ball was when
+    the centre's row was exposed (`physics.camera.row_time`).
+
+    Args:
+        disc: as measured.
+        row_velocity_px_s: of the ball in the picture, downwards.
+        row_time: s from one row to the next: readout over the picture's height.
+    """
+    shrink = 1.0 - row_velocity_px_s * row_time
+    if not shrink > 0.0:
+        raise InputError(f"a ball of {row_velocity_px_s} px/s keeps pace with the rolling shutter")
+    scale = np.array([1.0, 1.0, math.sqrt(shrink)])
+    return replace(
+        disc,
+        radius_px=disc.radius_px * scale[2],
+        covariance=disc.covariance * scale[:, None] * scale,
+    )
+
+
+def rolling_shape(
+    shape: Float[ndarray, "2 2"], velocity_px_s: Float[ndarray, "2"], row_time: float
+) -> Float[ndarray, "2 2"]:
+    """Return the shape of an outline that moves under a rolling shutter: sheared and stretched."""
+    across, down = velocity_px_s * row_time
+    return symmetric_shape(np.array([[1.0, across / (1 - down)], [0.0, 1 / (1 - down)]]) @ shape)
+
+
+def _disagreement(area: BallDisc, edge: BallDisc) -> float:
+    difference = [edge.x_px - area.x_px, edge.y_px - area.y_px, edge.radius_px - area.radius_px]
+    variance = np.diag(area.covariance) + np.diag(edge.covariance)
+    return float(np.max(np.abs(difference) / np.sqrt(variance)))
+
+
+def _is_ball(found: Found, colour: BallColour, diameter_px: float) -> bool:
+    scale, sectors, angle, residual = found.about[:4]
+    radius, variance = found.edge[2], found.covariance[2, 2]
+    return bool(
+        scale >= 0.0
+        and sectors >= LEAST_SECTORS
+        and residual < MOST_RESIDUAL
+        and angle < MOST_ANGLE_SD * colour.tolerance
+        and radius > LEAST_RADIUS_PX
+        and 1.0 / MOST_GROWTH < 2.0 * radius / diameter_px < MOST_GROWTH
+        and 0.0 < variance < (MOST_RADIUS_SD * radius) ** 2
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Frame:
+    """The ball's own frame in the picture: pixel = center + shape q."""
+
+    center: Float[ndarray, "2"]
+    shape: Float[ndarray, "2 2"]
+
+    def vector(self, q: tuple[float, float]) -> tuple[float, float]:
+        x, y = self.shape @ q
+        return float(x), float(y)
+
+
+def _disc(
+    frame: _Frame,
+    values: ndarray,
+    covariance: ndarray,
+    streak: tuple[float, float],
+    levels: tuple[float, float, float],
+) -> BallDisc:
+    """Return a measurement in the picture's own axes."""
+    x, y = frame.center + frame.shape @ values[:2]
+    axes = np.eye(3)
+    axes[:2, :2] = frame.shape
+    spread = axes @ covariance @ axes.T
+    return BallDisc(float(x), float(y), float(values[2]), spread, streak, None, levels)
+
+
+def _streak(found: Found, state: ndarray) -> tuple[float, float]:
+    """Return the whole streak in the ball's frame; 0 where it is not significant."""
+    if state[3] != 0.0 or state[4] != 0.0:
+        return 2.0 * float(found.edge[4]), 2.0 * float(found.edge[5])
+    uneven = math.hypot(found.edge[4], found.edge[5])
+    sd = math.sqrt(max(found.covariance[4, 4] + found.covariance[5, 5], 0.0))
+    if not uneven > SIGNIFICANT * sd:
+        return 0.0, 0.0
+    length, angle = math.sqrt(24.0 * uneven), 0.5 * math.atan2(found.edge[5], found.edge[4])
+    return length * math.cos(angle), length * math.sin(angle)
+
+
+def _levels(light: ndarray, gamma: float) -> tuple[float, float, float]:
+    blue, green, red = 255.0 * (np.clip(light / 255.0, 0.0, 1.0)) ** (1.0 / gamma)
+    return float(blue), float(green), float(red)
+
+
+def _blank() -> Found:
+    return Found(np.zeros(6), np.zeros(6), np.zeros((PARAMETERS, PARAMETERS)), np.zeros(8))
+
+
+def _paint(colour: BallColour, gamma: float) -> Paint:
+    known = 255.0 * (np.array(colour.levels_bgr) / 255.0) ** gamma
+    return Paint(_light(gamma), known, float(colour.tolerance), float(colour.shading))
+
+
+@functools.lru_cache(maxsize=8)
+def _light(gamma: float) -> Float[ndarray, "256"]:
+    return 255.0 * (np.arange(256) / 255.0) ** gamma
