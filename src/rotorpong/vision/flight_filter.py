@@ -42,6 +42,7 @@ from rotorpong.conventions import BALL_RADIUS, GRAVITY, InputError
 from rotorpong.physics.ball import TABLE_SURFACE, Air
 from rotorpong.vision import _flight_filter_kernels as kernels
 
+AIR = Air()
 LONGEST_FLIGHT = 3.0  # s
 FIRST_SIGHTS = 5  # that show a first velocity
 FIRST_FIT = 8  # sights
@@ -79,8 +80,8 @@ TUM_ATTITUDE = AttitudeQuality(
     walk=math.radians(0.43),
     jitter_sd=math.radians(0.085),
 )
-"""Measured on hovering drones: at each change of a command the simulator's controller kicks the body
-by 0.14 degrees within a millisecond, which a gyro that is read every 5 ms seldom shows."""
+"""Measured on hovering drones: at each change of a command the simulator's controller kicks the
+body by 0.14 degrees within a millisecond, which a gyro that is read every 5 ms seldom shows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +91,7 @@ class Prior:
     velocity: tuple[float, float, float] = (-6.0, 0.0, 0.5)  # m/s: towards the drone
     velocity_sd: tuple[float, float, float] = (3.0, 1.5, 3.0)
     spin_sd: float = 25.0  # rad/s, each axis
-    air: Air = Air()
+    air: Air = AIR
     drag_sd: float = 0.015  # 1/m
     swelling_sd: float = 0.0  # rad of angular radius, constant
     restitution: tuple[float, float] = (TABLE_SURFACE.restitution, 0.02)  # mean, sd

@@ -19,7 +19,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from rotorpong.conventions import Quaternion, Rotation, Vector3
+from rotorpong.conventions import Rotation, Vector3
 from rotorpong.drone import Navdata
 from rotorpong.geometry import rotation_from_quaternion
 from rotorpong.vision import _own_motion_kernels as kernels
@@ -63,7 +63,7 @@ class OwnMotion:
         places[:known], quaternions[:known] = self._places, self._quaternions
         if known == 0:
             places[0], quaternions[0] = self._start, LEVEL
-        kernels.integrate(  # fmt: skip
+        kernels.integrate(
             max(1, known - 1),
             self._times,
             self._rates,

@@ -22,10 +22,10 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from rotorpong.conventions import BALL_RADIUS, InputError, Vector3
+from rotorpong.conventions import BALL_RADIUS, InputError, Picture, Vector3
 from rotorpong.drone import BallEstimate, Box, Frame, Observation
 from rotorpong.physics.camera import Camera, camera_from_body, project, row_time
-from rotorpong.vision.detect import ORANGE, Colour, as_picture, detect
+from rotorpong.vision.detect import as_picture, detect
 from rotorpong.vision.flight_filter import (
     HUMAN_PRIOR,
     Belief,
@@ -40,7 +40,9 @@ from rotorpong.vision.flight_filter import (
     read_level,
     update,
 )
+from rotorpong.vision.matte import BALL_COLOURS, Guess, measure_ball
 from rotorpong.vision.own_motion import OwnMotion, Reading
+from rotorpong.vision.sphere import SpherePositions, outline_shape, sphere_of_disc
 
 HOME = (-1.90, 0.0, 0.19)  # m, where the body hovers at the release, table frame
 MOST_TRACKS = 4
@@ -50,6 +52,7 @@ CONFIRMED = 4  # sights after which a track is believed to be a ball
 MOST_MISSES, MOST_BLIND = 2, 10  # frames in a row, before and after that
 BOX_SIGMAS, BOX_MARGIN_PX = 4.0, 8.0
 LEAST_SCORE = 0.05
+MOST_CANDIDATES = 4  # of a frame, measured
 NEAREST = 0.15  # m
 
 
@@ -80,7 +83,7 @@ class TrackerEyes:
         *,
         prior: Prior = HUMAN_PRIOR,
         home: tuple[float, float, float] = HOME,
-        colours: Sequence[Colour | str] = (ORANGE,),
+        colours: Sequence[str] = ("orange",),
     ) -> None:
         """Look through `camera`.
 
@@ -189,37 +192,48 @@ class TrackerEyes:
     def _sights(self, frame: Frame, time: float, box: Box) -> list[Sight]:
         """Return what may be balls in a box of the frame, best first."""
         picture = as_picture(frame.region(*box))
-        found = detect(picture, self._colours)
+        found = [ball for ball in detect(picture, self._colours) if ball.score >= LEAST_SCORE]
         sights = []
-        for ball in found:
-            if ball.score >= LEAST_SCORE:
-                sights.append(
-                    self._sight(ball.x_px + box[0], ball.y_px + box[1], ball.diameter_px, time)
-                )
-        return sights
+        for ball in found[:MOST_CANDIDATES]:
+            center = np.array([ball.x_px + box[0], ball.y_px + box[1]])
+            shape = outline_shape(self._camera, center)
+            guess = Guess(float(center[0]), float(center[1]), ball.diameter_px, shape=shape)
+            sights.append(self._measured(picture, guess, ball.colour, box, time))
+        return [sight for sight in sights if sight is not None]
 
-    def _sight(self, x: float, y: float, diameter: float, time: float) -> Sight:
-        from rotorpong.vision.locate import ball_position
-
-        position = ball_position(self._camera, np.array([x, y]), np.array(diameter), eq1=False)
-        distance = float(np.linalg.norm(position))
-        seen = np.array(
-            [
-                position[0] / position[2],
-                position[1] / position[2],
-                math.asin(BALL_RADIUS / distance),
-            ]
+    def _measured(
+        self, picture: Picture, guess: Guess, colour: str, box: Box, time: float
+    ) -> Sight | None:
+        """Return the sight of the ball near a guess; `None` if there is none to be measured."""
+        disc = measure_ball(
+            picture, guess, BALL_COLOURS[colour], offset=box[:2], gamma=self._camera.gamma
         )
-        f = self._camera.focal_length_px[0]
-        noise = np.diag(np.square([0.15 / f, 0.15 / f, 0.15 / f]))
+        if disc is None:
+            return None
+        measured = np.array([disc.x_px, disc.y_px, disc.radius_px])
+        try:
+            sphere = sphere_of_disc(self._camera, measured, disc.covariance)
+        except InputError:
+            return None
+        at = float(row_time(self._camera, time, np.array(disc.y_px)))
+        return self._sight(at, sphere)
+
+    def _sight(self, time: float, sphere: SpherePositions) -> Sight:
+        """Return a ball in the camera's frame as an angle, seen from where the camera was."""
+        x, y, z = sphere.position
+        squared = float(sphere.position @ sphere.position)
+        sine = BALL_RADIUS / math.sqrt(squared)
+        slopes = np.array([[1.0 / z, 0.0, -x / z**2], [0.0, 1.0 / z, -y / z**2], np.zeros(3)])
+        slopes[2] = -sine / (squared * math.sqrt(1.0 - sine**2)) * sphere.position
+        noise = slopes @ sphere.covariance @ slopes.T
         noise[:2, :2] += self._prior.attitude.jitter_sd**2 * np.eye(2)
-        at = float(row_time(self._camera, time, np.array(y)))
-        body, turned = self._motion.pose(at)
+        body, turned = self._motion.pose(time)
         eye = body + turned @ np.array(self._camera.position_m)
-        return Sight(at, seen, noise, eye, self._axes @ turned.T)
+        seen = np.array([x / z, y / z, math.asin(sine)])
+        return Sight(time, seen, noise, eye, self._axes @ turned.T)
 
     def _view(self, belief: Belief) -> tuple[Vector3, Float[ndarray, "3 3"]]:
-        """Return where the camera is, and the rotation to it from the table frame, tilt included."""
+        """Return place of the camera and rotation to it from the table frame, tilt included."""
         body, turned = self._motion.pose(belief.time)
         x, y, z = belief.mean[11:14]
         tilt = np.array([[1.0, z, -y], [-z, 1.0, x], [y, -x, 1.0]])
