@@ -240,16 +240,3 @@ def test_an_environment_tells_what_evaluate_calls_reachable():
     spec = Spec(player="hover", serves="hard", vehicle="ardrone2", seed=5)
     assert told == [result.reachable for result in evaluate(spec, 12)]
     assert {type(answer) for answer in told} == {bool}
-
-
-def test_importing_the_package_registers_the_environments_and_loads_nothing_heavy():
-    code = (
-        "import sys, rotorpong, gymnasium; "
-        "print(*[i for i in gymnasium.registry if i.startswith('rotorpong/')]); "
-        "print(*[m for m in ('numba', 'cv2', 'scipy', 'matplotlib', 'rotorpong.world', "
-        "'rotorpong.lab', 'torch') if m in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    names, heavy = done.stdout.split("\n")[:2]
-    assert {INTERCEPT, VISION, PRIMITIVE} == set(names.split())
-    assert heavy == ""
