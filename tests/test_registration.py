@@ -39,11 +39,14 @@ def test_all_environments_are_registered_in_any_order_of_import(order):
 
 
 def test_an_environment_is_made_by_its_name_when_gymnasium_comes_later():
-    code = ORDERS["rotorpong first"] + f"""
+    code = (
+        ORDERS["rotorpong first"]
+        + f"""
 for name in {NAMES}:
     print(gymnasium.make(name).spec.id)
 print(gymnasium.make_vec(name, num_envs=2).num_envs)
 """
+    )
     assert said_by(code) == [*NAMES, "2"]
 
 

@@ -1,7 +1,5 @@
 """The environments play what `evaluate` plays, and keep Gymnasium's rules."""
 
-import subprocess
-import sys
 import warnings
 from dataclasses import replace
 
