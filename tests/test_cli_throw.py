@@ -35,9 +35,10 @@ def test_bad_input_is_status_2_and_one_line_and_leaves_no_file(tmp_path, monkeyp
     assert sorted(path.name for path in tmp_path.iterdir()) == ["folder.mp4", "text"]
 
 
-def test_json_tells_the_outcome_and_where_the_pictures_are(tmp_path, capfd):
+@pytest.mark.parametrize("more", [(), ("--randomize",)])
+def test_json_tells_the_outcome_and_where_the_pictures_are(tmp_path, capfd, more):
     out = tmp_path / "serve.png"
-    line = ["throw", "--out", str(out), "--player", "hover", "--index", "1", "--json"]
+    line = ["throw", "--out", str(out), "--player", "hover", "--index", "1", "--json", *more]
     status, said, err = ask(capfd, *line)
     assert (status, err) == (0, "")
     assert is_one_line_of_json(said)

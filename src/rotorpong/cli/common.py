@@ -36,6 +36,15 @@ class Match(Common):
     """human, constant, hard, lob, or FILE.csv of serves or of a measured flight."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class Varied(Match):
+    """Who plays against what, and whether that is another thing every ball."""
+
+    randomize: FlagCreatePairsOff[bool] = False
+    """Draw drone, sensors, ball, camera and looks anew for every ball, within what is known. Serves
+    of a FILE keep the ball, drag, restitution and friction that were measured with them."""
+
+
 def knowledge_of(match: Match, experience: Path | None) -> Any:
     """Return what an experience file taught, saying where it is of another match; None without."""
     if experience is None:

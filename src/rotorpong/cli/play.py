@@ -9,6 +9,7 @@ from tyro.conf import FlagCreatePairsOff
 from rotorpong.cli.common import (
     Common,
     Match,
+    Varied,
     compile_kernels,
     knowledge_of,
     named,
@@ -69,7 +70,7 @@ class Train(Match):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Evaluate(Match):
+class Evaluate(Varied):
     """Measure a player on a fixed number of serves; it never learns here."""
 
     balls: int = 100
@@ -80,8 +81,6 @@ class Evaluate(Match):
     """cardboard or rubber."""
     blackout: FlagCreatePairsOff[bool] = False
     """Make every frame black."""
-    randomize: FlagCreatePairsOff[bool] = False
-    """Draw drone, sensors, ball, camera and looks anew for every ball, within what is known."""
     workers: int = 1
     """Processes; the results do not depend on it."""
 

@@ -13,7 +13,7 @@ import gymnasium
 import numpy as np
 
 from rotorpong.lab.bench.rows import Row
-from rotorpong.lab.environments.arena import arena
+from rotorpong.lab.environments.arena import Place, arena
 from rotorpong.world.batch import Cast, ServeBatch
 
 TRIALS = 1024
@@ -42,12 +42,12 @@ def rows() -> tuple[Row, ...]:
 
 def _trials_per_second(size: int) -> float:
     """Return how many open-loop trials are played in a second by batches of `size`."""
-    game = arena("tum_gazebo", "gazebo", "human", "cardboard", purpose="train")
+    game = arena(purpose="train")
     rng, batches = np.random.default_rng(0), max(1, min(TRIALS // size, 32))
     commands = rng.uniform(-FASTEST_COMMAND, FASTEST_COMMAND, (size, 4))
 
     def casts(batch: int) -> list[Cast]:
-        return [game.cast(batch, trial) for trial in range(size)]
+        return [game.meet(Place(batch, trial))[1] for trial in range(size)]
 
     def play(ready: list[ServeBatch]) -> None:
         for batch in ready:
