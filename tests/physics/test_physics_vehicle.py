@@ -1,4 +1,4 @@
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -6,14 +6,18 @@ from scipy.integrate import solve_ivp
 from vehicle_flights import FORWARD, HOME, LEFT, UP, YAW, body_axes, command, flight, joined, rng
 
 from rotorpong.conventions import InputError
+from rotorpong.physics.ardrone2 import ARDRONE2, ARDRONE2_RAW
 from rotorpong.physics.vehicle import (
     NOISE_FREE_CASCADE,
     TICK,
     TUM_GAZEBO,
     TUM_RANGES,
     Cascade,
+    Legs,
     TumGazebo,
     Vehicle,
+    VehicleState,
+    rows_flown_by,
 )
 
 CALM = TumGazebo(NOISE_FREE_CASCADE)
@@ -305,3 +309,32 @@ def test_a_flight_in_single_ticks_is_the_flight_in_one(sample_ticks):
     single, steps = flight(drone, at_rest(drone), [[1] * 33] * 6, orders)
     assert np.array_equal(joined(path, "position"), joined(steps, "position"))
     assert np.array_equal(whole.memory, single.memory)
+
+
+@pytest.mark.parametrize("drone", [TUM_GAZEBO, ARDRONE2, ARDRONE2_RAW], ids=lambda d: d.name)
+def test_rows_that_fly_legs_of_their_own_fly_as_each_would_alone(drone):
+    n, draw = 19, rng(7)
+    together, start = (drone.start(np.tile([0.0, 0.5, 1.0], (n, 1)), rng(3)) for _ in range(2))
+    alone = [
+        VehicleState(*(np.asarray(getattr(start, f.name)[i]) for f in fields(start)))
+        for i in range(n)
+    ]
+    poses, starts = np.full((n, 400, 7), np.nan), np.zeros(n, np.int64)
+    for _ in range(8):
+        flying = draw.permutation(n)[: draw.integers(1, n + 1)]
+        ticks = draw.integers(0, 45, n)
+        legs = Legs(draw.uniform(-1, 1, (n, 4)), draw.random(n) < 0.5, starts, ticks)
+        rows = flying[np.argsort(-ticks[flying])]
+        rows_flown_by(drone)(together, rows, legs, poses)
+        for row in rows:
+            alone[row], track = drone.advance(
+                alone[row],
+                legs.commands[row],
+                ticks=int(ticks[row]),
+                new_command=bool(legs.are_new[row]),
+            )
+            expected = np.column_stack([track.position, track.quaternion])
+            assert np.array_equal(poses[row, starts[row] :][: ticks[row] + 1], expected)
+        starts[rows] += ticks[rows]
+    for name in ("motion", "memory", "counters"):
+        assert np.array_equal(getattr(together, name), [getattr(one, name) for one in alone])

@@ -17,4 +17,4 @@ Keys = UInt64[ndarray, "*batch"]
 
 def draw_keys(rng: np.random.Generator, shape: tuple[int, ...] = ()) -> Keys:
     """Draw one key for each sequence of the batch."""
-    return np.asarray(rng.integers(0, 2**64, size=shape, dtype=np.uint64))
+    return np.asarray(rng.integers(0, 2**64, size=shape or None, dtype=np.uint64))
