@@ -164,6 +164,7 @@ ARDRONE2_NOISE = SensorNoise(
     velocity_bias=0.03,
     height_white=0.01,  # assumed; a sonar of this class resolves 1 cm
     gravity=9.81,
+    delay=0.012,  # half of the 20 to 25 ms that navdata's round trip takes
 )
 
 

@@ -92,6 +92,7 @@ class SensorNoise:
     attitude_slow_time: float = 5.0  # s, its correlation time
     battery_charge: float = 1.0  # at the start of a serve
     battery_life: float = 1200.0  # s, from full to empty; 1200 is tum_simulator's
+    delay: float = 0.0  # s, from a measurement to its arrival at the player
 
 
 SCALED_NOISE = (  # what `drawn_noise` scales: the levels

@@ -123,7 +123,7 @@ def fly_leg(
         passed = has_passed(balls[row, end, 0], balls[row, end, 3], poses[row, end, 0])
         if count > 0 or passed or box_in_court(box, hull) or end >= LONGEST_SERVE:
             touched = contacts[m, : counts[m]]
-            codes[row], index = ending(touched, passed, track, box, end, hull)
+            codes[row], index = ending(touched, passed, track, box, end, scene.tick, hull)
             for k in range(deciding.shape[1] if index >= 0 else 0):
                 deciding[row, k] = touched[index, k]
     return -1

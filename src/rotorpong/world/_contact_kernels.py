@@ -11,6 +11,7 @@ import numpy as np
 from rotorpong.conventions import BALL_RADIUS
 from rotorpong.kernels import kernel
 from rotorpong.physics._ball_kernels import bounce
+from rotorpong.physics.ball import Surface
 from rotorpong.world._nearness_kernels import (
     HORIZON,
     SLACK,
@@ -55,6 +56,7 @@ SURFACE_VELOCITY, VELOCITY_AFTER, SPIN_AFTER, FACING, BLADE_POINT = 15, 18, 21, 
 CONTACT_COLUMNS = 27
 SLOWEST_CONTACT = 1e-3  # m/s towards the solid
 MOST_CONTACTS_PER_STEP = 16
+OFF = 1e-9  # m off a surface, where a ball is put that touched it
 PASSED, LOST = -1, -2  # the plane; nothing happened in time
 
 
@@ -131,8 +133,37 @@ def touch(solid, track, i, fraction, time, scene, work, row):
     bounce(work[END], work[ACROSS], work[SPEED], surface_of(solid, part, scene))
     for k in range(3):
         row[VELOCITY_AFTER + k], row[SPIN_AFTER + k] = work[END, 3 + k], work[END, 6 + k]
-        work[END, k] += 1e-9 * work[ACROSS, k]
+        work[END, k] += OFF * work[ACROSS, k]
     return approach_speed >= SLOWEST_CONTACT
+
+
+@kernel
+def settle(solid, track, i, fraction, scene, work):
+    """Hold the ball at END on a solid on which it rests or rolls.
+
+    What it fell since the touch is undone, with Coulomb friction for the time: a bounce without
+    restitution off the speed that weight gave it.
+    """
+    depth = gap(solid, END, track, i, fraction, scene, work)
+    if depth >= 0.0:
+        return
+    surface_normal(solid, track, i, fraction, scene, work)
+    surface_velocity(solid, track, i, scene.tick, work)
+    friction = surface_of(solid, 0, scene).friction
+    bounce(work[END], work[ACROSS], work[SPEED], Surface(0.0, friction))
+    for k in range(3):
+        work[END, k] += (OFF - depth) * work[ACROSS, k]
+
+
+@kernel
+def nearest_other(resting, solids, dt, way, track, span, scene, work):
+    """Return what `nearest_contact` does, of all solids but the one on which the ball rests."""
+    first, last = solids
+    if resting < 0:
+        return nearest_contact(solids, dt, way, track, span, scene, work)
+    below, f = nearest_contact((first, min(resting, last)), dt, way, track, span, scene, work)
+    above, g = nearest_contact((max(first, resting + 1), last), dt, way, track, span, scene, work)
+    return (below, f) if f <= g else (above, g)
 
 
 @kernel
@@ -142,7 +173,7 @@ def fly_tick(start_time, i, track, reach, scene, work, contacts, count):
     Returns:
         (number of contacts noted so far, whether anything was touched).
     """
-    done, tick, was_touched = 0.0, scene.tick, False
+    done, tick, was_touched, resting = 0.0, scene.tick, False, -1
     for _ in range(MOST_CONTACTS_PER_STEP):
         rest = 1.0 - done
         step_row(work, START, rest * tick, scene.air, END)
@@ -152,16 +183,27 @@ def fly_tick(start_time, i, track, reach, scene, work, contacts, count):
         first, last = 0 if is_near else BLADE, BLADE
         if drone_is_near(work, travel, track, i, reach):
             last, drone = SOLIDS, drone_travel(track, i, reach)
-        solid, f = nearest_contact(
-            (first, last), rest * tick, (travel, drone), track, (i, done, rest), scene, work
+        solid, f = nearest_other(
+            resting,
+            (first, last),
+            rest * tick,
+            (travel, drone),
+            track,
+            (i, done, rest),
+            scene,
+            work,
         )
+        if solid >= 0:
+            step_row(work, START, f * rest * tick, scene.air, END)
+        done = done + f * rest if solid >= 0 else 1.0
+        if resting >= 0:
+            settle(resting, track, i, done, scene, work)
         if solid < 0:
             return count, was_touched
-        step_row(work, START, f * rest * tick, scene.air, END)
-        done, was_touched = done + f * rest, True
+        was_touched = True
         row = contacts[min(count, contacts.shape[0] - 1)]
-        if touch(solid, track, i, done, start_time + (i + done) * tick, scene, work, row):
-            count += 1
+        is_noted = touch(solid, track, i, done, start_time + (i + done) * tick, scene, work, row)
+        count, resting = (count + 1, -1) if is_noted else (count, solid)
         copy_row(work, END, START)
     return count, True
 

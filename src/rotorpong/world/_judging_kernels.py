@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from rotorpong.kernels import inlined_kernel, kernel
-from rotorpong.world._contact_kernels import FACING, SOLID
+from rotorpong.world._contact_kernels import FACING, SOLID, TIME
 from rotorpong.world._passing_kernels import (
     SLACK,
     arm_of,
@@ -47,31 +47,38 @@ LONGEST_LAG = 200  # ticks that a blade may be late or early to be called so
 
 
 @kernel
-def ending(contacts, passed, track, box, ticks, hull):
+def ending(contacts, passed, track, box, ticks, tick, hull):
     """Return how a serve ended in a leg (PLAYING: it goes on) and the deciding contact, or -1.
 
+    What comes first in time decides, so that it does not matter where the leg was cut.
+
     Args:
-        contacts: (m, 14) of the leg, in order.
+        contacts: (m, 27) of the leg, in order.
         passed: whether the ball `has_passed` the drone.
         track: (k + 1, 7) poses of the drone.
         box: about its places.
         ticks: flown since the release.
+        tick: s.
         hull: radius and half height, m.
     """
-    fallen = False
+    begin, last = ticks - (track.shape[0] - 1), math.inf
+    for k in range(track.shape[0] if box_in_court(box, hull) else 0):
+        if hull_in_court(track[k, 0], track[k, 1], track[k, 2], hull):
+            last = (begin + k) * tick
+            break
     for k in range(contacts.shape[0]):
+        if contacts[k, TIME] > last:
+            break
         solid = int(contacts[k, SOLID])
         if solid == BLADE and contacts[k, FACING] >= FULL_FACE:
             return HIT, k
         if solid == HULL:
             return HULL_TOUCHED, k
-        fallen = fallen or solid == FLOOR
-    for k in range(track.shape[0] if box_in_court(box, hull) else 0):
-        if hull_in_court(track[k, 0], track[k, 1], track[k, 2], hull):
-            return FAULT, -1
-    if fallen or passed or ticks >= LONGEST_SERVE:
-        return MISSED, -1
-    return PLAYING, -1
+        if solid == FLOOR:
+            return MISSED, -1
+    if last < math.inf:
+        return FAULT, -1
+    return (MISSED if passed or ticks >= LONGEST_SERVE else PLAYING), -1
 
 
 @inlined_kernel

@@ -133,7 +133,8 @@ class SimulatedDrone:
         self._command, self._new_command = np.zeros(4), True
         self._tape = [(round(time / TICK), velocity) for time, velocity in tape]
         self._end: tuple[Outcome, Contact | None] | None = None
-        self.last_navdata: Navdata | None = None  # what came after the last frame
+        self._under_way: list[Navdata] = []  # measured, and not arrived yet
+        self.last_navdata: Navdata | None = None  # all that came after the last frame
 
     def observe(self) -> Observation | None:
         """Let the world run until the next frame arrives; `None` when the serve is over."""
@@ -142,13 +143,13 @@ class SimulatedDrone:
         exposure, arrival = next(self._frames)
         navdata = self._run(max(arrival - self._log.ticks, 1))
         if self._end is not None:
-            self.last_navdata = navdata
+            self.last_navdata = _joined([*self._under_way, navdata])
             return None
         return Observation(
             frame=self._picture_at(exposure),
             frame_time=exposure * TICK,
             arrival_time=self._log.ticks * TICK,
-            navdata=navdata,
+            navdata=self._arrived(navdata),
         )
 
     def command(self, velocity: VelocityCommand) -> VelocityCommand:
@@ -231,6 +232,16 @@ class SimulatedDrone:
             parts.append(self._leg(until - self._log.ticks))
         return _joined(parts)
 
+    def _arrived(self, navdata: Navdata) -> Navdata:
+        """Return what the player has got by now, with these last measurements; keep the rest."""
+        delay = self._sensors.noise.delay
+        if delay == 0.0:
+            return navdata
+        whole = _joined([*self._under_way, navdata])
+        count = int(np.searchsorted(whole.times, (self._log.ticks + 0.5) * TICK - delay))
+        self._under_way = [_part(whole, slice(count, None))]
+        return _part(whole, slice(count))
+
     def _leg(self, ticks: int) -> Navdata:
         """Let `ticks` pass under one command."""
         state, track = self._setting.vehicle.advance(
@@ -292,6 +303,10 @@ def _joined(parts: list[Navdata]) -> Navdata:
         return parts[0]
     columns = ([getattr(part, f.name) for part in parts] for f in fields(Navdata))
     return Navdata(*(np.concatenate(column) for column in columns))
+
+
+def _part(navdata: Navdata, samples: slice) -> Navdata:
+    return Navdata(*(getattr(navdata, f.name)[samples] for f in fields(Navdata)))
 
 
 class _Log:
