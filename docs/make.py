@@ -63,6 +63,12 @@ EXAMPLES = (
         "What could be hit at all, by somebody who knows everything but sees no sooner.",
         "rotorpong evaluate --player oracle --eyes truth --balls 50 --vehicle ardrone2",
     ),
+    (
+        "Another drone, ball, camera and room for every ball. Serves of a file keep the ball that "
+        "was measured with them.",
+        "rotorpong evaluate --player hover --balls 50 --vehicle ardrone2 --camera ardrone2_720p "
+        "--randomize",
+    ),
     ("A mistake.", "rotorpong evaluate --player nobody"),
 )
 

@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 import pytest
 
+import rotorpong
 from rotorpong.cli import entry as cli
 from rotorpong.conventions import InputError
 from rotorpong.lab.spec import Spec
@@ -27,7 +28,7 @@ class Own:
 SERVE_HEADER = "x_m,y_m,z_m,vx_m_s,vy_m_s,vz_m_s,wx_rad_s,wy_rad_s,wz_rad_s,"
 SERVE_HEADER += "drag_per_m,restitution,friction\n"
 TRAIN = "train --hits 1 --seed 1 --eyes truth"  # seed 1: the first ball is hit
-HEAVY = ("numba", "cv2", "scipy", "matplotlib")
+HEAVY = ("gymnasium", "jaxtyping", "numpy", "numba", "cv2", "scipy", "matplotlib", "rich")
 
 
 def ask(capsys, *arguments):
@@ -157,17 +158,22 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize("line", BAD)
-def test_bad_input_is_status_2_and_one_line_that_says_what_was_expected(here, capfd, line):
-    before = sorted(here.iterdir())
+def complaint(capfd, line, folder):
+    """Return what bad input is told, after checking that it is one line and writes no file."""
+    before = sorted(folder.iterdir())
     status, out, err = ask(capfd, *line.split(), "--json")
     assert (status, out) == (2, "")
     assert err.startswith("rotorpong: ")
     assert err.count("\n") == 1
     assert err.endswith("\n")
-    assert BAD[line] in err
     assert "---" not in err
-    assert sorted(here.iterdir()) == before
+    assert sorted(folder.iterdir()) == before
+    return err
+
+
+@pytest.mark.parametrize("line", BAD)
+def test_bad_input_is_status_2_and_one_line_that_says_what_was_expected(here, capfd, line):
+    assert BAD[line] in complaint(capfd, line, here)
 
 
 @pytest.mark.parametrize("line", ["train --hits 1 --out", "evaluate --serves"])
@@ -311,18 +317,32 @@ def test_help_does_not_promise_what_does_not_exist(capfd):
         assert later not in shown
 
 
-def test_help_imports_nothing_heavy():
+@pytest.mark.parametrize(
+    ("line", "status", "said"),
+    [
+        ("--help", 0, "usage"),
+        ("evaluate --help", 0, "usage"),
+        ("--version", 0, "rotorpong 0"),
+        ("evaluate --nonsense", 2, "Unrecognized options: --nonsense"),
+    ],
+)
+def test_what_plays_nothing_imports_nothing_heavy(line, status, said):
     code = f"""
 import sys
 from rotorpong.cli.entry import _run
 try:
-    _run(["evaluate", "--help"])
+    _run({line.split()})
 finally:
-    sys.stderr.write(" ".join(name for name in {HEAVY} if name in sys.modules))
+    print("heavy:", *(name for name in {HEAVY} if name in sys.modules))
 """
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert (result.returncode, result.stderr) == (0, "")
-    assert "usage" in result.stdout
+    assert result.returncode == status
+    assert said in result.stdout + result.stderr
+    assert result.stdout.endswith("heavy:\n")
+
+
+def test_the_version_is_one_line_on_stdout(capfd):
+    assert ask(capfd, "--version") == (0, f"rotorpong {rotorpong.__version__}\n", "")
 
 
 def test_a_reader_may_leave_early():

@@ -1,5 +1,6 @@
 """The documentation's tables are those of the code."""
 
+import inspect
 import re
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import pytest
 
 import rotorpong
 from rotorpong.lab.environments import intercept, intercept_vision, primitive
+from rotorpong.lab.environments.arena import Game, arena
 from rotorpong.lab.environments.spaces import Quantity, box, markdown
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "environments.md").read_text()
@@ -34,9 +36,16 @@ def test_every_environment_is_documented_and_every_documented_one_exists():
 def test_every_argument_and_info_key_is_documented():
     env = gymnasium.make("rotorpong/Primitive-v0").unwrapped
     _, info = env.reset(seed=0)
-    arguments = ("vehicle", "camera", "serves", "racket", "purpose", "tell_reachable", "shaping")
-    for name in (*info, *arguments, "eyes"):
+    for name in (*info, *Game.__annotations__, "shaping", "render_mode", "eyes"):
         assert f"`{name}`" in PAGE
+
+
+def test_every_default_is_documented_and_every_keyword_has_one():
+    parameters = inspect.signature(arena).parameters
+    assert set(parameters) == {*Game.__annotations__, "eyes"}
+    for name, parameter in parameters.items():
+        default = f'"{parameter.default}"' if type(parameter.default) is str else parameter.default
+        assert f"| `{name}` | `{default}` |" in PAGE
 
 
 def test_a_table_lists_name_unit_and_range():

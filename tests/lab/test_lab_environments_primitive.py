@@ -22,11 +22,12 @@ PRIMITIVE = "rotorpong/Primitive-v0"
 SEED, BALLS = 3, 12
 
 
+@pytest.mark.parametrize("randomize", [False, True])
 @pytest.mark.parametrize("eyes", ["truth", "paper"])
-def test_the_papers_own_hitting_points_give_what_evaluate_gives(eyes):
-    spec = Spec(player="paper", eyes=eyes, seed=SEED)
+def test_the_papers_own_hitting_points_give_what_evaluate_gives(eyes, randomize):
+    spec = Spec(player="paper", eyes=eyes, seed=SEED, randomize=randomize)
     balls = BALLS if eyes == "truth" else 3
-    env = gymnasium.make(PRIMITIVE, eyes=eyes).unwrapped
+    env = gymnasium.make(PRIMITIVE, eyes=eyes, randomize=randomize).unwrapped
     for index, result in enumerate(evaluate(spec, balls)):
         env.reset(seed=SEED if index == 0 else None)
         info = env.step(env.paper_action())[-1]

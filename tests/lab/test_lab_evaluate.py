@@ -1,6 +1,7 @@
 """Evaluation: the same numbers for whoever asks, however often, in however many processes."""
 
 import json
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ KEYS = {
     *("player", "eyes", "vehicle", "camera", "serves", "balls", "seed", "hits", "hit_rate"),
     *("hit_rate_interval", "reachable", "hits_of_reachable", "hit_rate_of_reachable"),
     *("near_hits", "returned", "miss_distance_median_m", "trials"),
+    *("racket", "blackout", "randomize"),
 }
 TRIAL_KEYS = {"index", "outcome", "reachable", "miss_distance_m", "time_error_s", "landing_x_m"}
 
@@ -70,6 +72,12 @@ def test_the_summary_adds_up(paper):
     assert low <= found["hit_rate"] <= high
     missed = [t["miss_distance_m"] for t in found["trials"] if t["outcome"] != "hit"]
     assert found["miss_distance_median_m"] == pytest.approx(np.median(missed))
+
+
+def test_the_summary_names_everything_that_was_asked_for():
+    spec = Spec("hover", "paper", "ardrone2", "gazebo", "hard", 3, racket="rubber", randomize=True)
+    spec = replace(spec, blackout=True)
+    assert summary(spec, ()).items() >= asdict(spec).items()
 
 
 def test_of_nothing_there_are_no_rates():

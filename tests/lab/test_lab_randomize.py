@@ -16,6 +16,7 @@ from rotorpong.lab.randomize import (
     draw_trial,
 )
 from rotorpong.lab.seeds import trial_generators
+from rotorpong.lab.serve_files import write_serves
 from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import VEHICLES, Spec
 from rotorpong.lab.trial import Stage, meet
@@ -75,6 +76,18 @@ def test_every_serve_is_solved_for_its_own_ball(serves):
         if serve.target is not None:
             _, state = crossing(serve)
             assert state[1:3] == pytest.approx(np.add(serve.target, (0.0, 0.35)), abs=1e-4)
+
+
+def test_a_serve_of_a_file_keeps_its_ball_while_everything_else_is_drawn(tmp_path):
+    """Its drag, restitution and friction were measured with it: others would land elsewhere."""
+    own = [met(REAL, index)[0] for index in range(2)]
+    write_serves(tmp_path / "serves.csv", own)
+    for index in range(3):
+        serve, drone = met(replace(REAL, serves=str(tmp_path / "serves.csv")), index)
+        assert (serve.air.drag, serve.table) == (own[index % 2].air.drag, own[index % 2].table)
+        assert np.array_equal(serve.ball.velocity, own[index % 2].ball.velocity)
+        assert drone.vehicle == met(REAL, index)[1].vehicle != ARDRONE2
+        assert drone.camera != ARDRONE2_720P
 
 
 def test_a_ball_that_cannot_be_thrown_at_the_target_is_drawn_again():

@@ -1,6 +1,7 @@
 """A serve is shown as it was played, and nothing half-made stays behind."""
 
 import os
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -13,13 +14,14 @@ from rotorpong.lab import throw as thrower
 from rotorpong.lab.evaluate import evaluate
 from rotorpong.lab.footage import play_again
 from rotorpong.lab.report import onlooker
-from rotorpong.lab.report.cinema import FRAME_SIZE, Scenery, onboard, shot
+from rotorpong.lab.report.cinema import FRAME_SIZE, Scenery, beside, onboard, shot
 from rotorpong.lab.report.model import drone_faces
 from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec
 from rotorpong.lab.throw import FILM_FPS, HELD_S, throw
 from rotorpong.lab.trial import Stage
 from rotorpong.play.hover import Hover
+from rotorpong.vision import PaperEyes
 from rotorpong.world.court import TABLE_HALF_LENGTH, TABLE_HALF_WIDTH
 from rotorpong.world.racket import HOME_BLADE, HOME_BODY, HULL, Racket
 from rotorpong.world.render import Scene, render
@@ -59,6 +61,31 @@ def test_what_is_shown_is_the_trial_of_the_evaluation(tmp_path):
         "frames": 8,
         "out": str(tmp_path / "serve.png"),
     }
+
+
+def test_a_randomised_serve_is_the_trial_of_the_randomised_evaluation(tmp_path):
+    spec = replace(HOVER, randomize=True)
+    told = throw(spec, 2, tmp_path / "serve.png")
+    assert told["miss_distance_m"] == evaluate(spec, 3)[2].miss_distance
+    assert told["miss_distance_m"] != throw(HOVER, 2, tmp_path / "plain.png")["miss_distance_m"]
+
+
+def test_a_randomised_serve_is_shown_in_its_own_room_by_eyes_that_know_the_nominal_camera():
+    spec = Spec("hover", vehicle="ardrone2", camera="ardrone2_360p", randomize=True)
+    stage = Stage(spec, spec.setting(), serve_source("human", 0), "evaluate")
+    take = play_again(stage, 3, Hover())
+    assert take.setting.scene != stage.setting.scene
+    assert take.setting.camera != stage.setting.camera
+    eyes, seen = PaperEyes(stage.setting.camera), 0
+    for sight in take.sights:
+        nominal = eyes.see(sight.observation)
+        if nominal is not None:
+            assert np.array_equal(sight.estimate.position, nominal.position)
+            seen += 1
+    assert seen > 3
+    elsewhere = replace(take, setting=stage.setting)
+    rooms = [beside(Scenery(stage, taken), 0.3) for taken in (take, elsewhere)]
+    assert not np.array_equal(*rooms)
 
 
 def test_a_film_lasts_as_long_as_the_serve_and_its_end(tmp_path, scenery):

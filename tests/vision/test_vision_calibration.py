@@ -1,5 +1,7 @@
 import json
-from dataclasses import replace
+import re
+from dataclasses import fields, replace
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -8,8 +10,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from rotorpong.conventions import InputError
-from rotorpong.physics.camera import ARDRONE2_720P, Camera
-from rotorpong.vision.calibration import read_camera
+from rotorpong.physics.camera import ARDRONE2_360P, ARDRONE2_720P, LEAST_AND_MOST, Camera
+from rotorpong.vision.calibration import SENSOR_FIELDS, read_camera
 
 MINE = Camera("mine", 640, 360, (561.5, 562.25), (307.125, 190.5), (-0.5, 0.25, 5.5e-4, -1e-3, 0.0))
 PLAIN = {
@@ -41,7 +43,7 @@ rectification_matrix:
 """
 
 
-def write_with_opencv(path, camera=MINE, coefficients=5, matrix=None):
+def write_with_opencv(path, camera=MINE, coefficients=5, matrix=None, also=None):
     (fx, fy), (cx, cy) = camera.focal_length_px, camera.center_px
     storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
     storage.write("calibration_time", "Mon 1 Jan 12:00:00")
@@ -52,6 +54,8 @@ def write_with_opencv(path, camera=MINE, coefficients=5, matrix=None):
     distortion = np.array(camera.distortion + (0.0,) * 9)[:coefficients]
     storage.write("distortion_coefficients", distortion[:, None])
     storage.write("avg_reprojection_error", 0.25)
+    for name, value in (also or {}).items():
+        storage.write(name, np.array(value) if isinstance(value, tuple) else value)
     storage.release()
     return path
 
@@ -88,6 +92,106 @@ def test_plain_json_gives_the_same_camera(tmp_path):
     path.write_text(json.dumps(PLAIN | {"p1": 5.5e-4, "p2": -1e-3}))
     assert read_camera(path) == MINE
     assert read_camera(str(path)) == MINE
+
+
+SENSOR = {
+    "frames_per_second": 25.0,
+    "delay_s": (0.075, 0.13),
+    "position_m": (0.2, 0.01, -0.02),
+    "camera_pitch_deg": 15.0,
+    "readout_s": 0.022,
+    "exposure_s": 0.006,
+    "blur_px": 0.6,
+    "shot_noise": 0.14,
+    "read_noise": 0.4,
+    "gamma": 2.2,
+    "jitter_s": 0.008,
+    "drop_share": 0.01,
+    "stream_mbit_s": 4.0,
+}
+
+
+def test_the_sensor_fields_are_all_that_a_camera_has_beside_its_lens():
+    lens = {"name", "width_px", "height_px", "focal_length_px", "center_px", "distortion"}
+    assert set(SENSOR) == set(SENSOR_FIELDS) == {field.name for field in fields(Camera)} - lens
+
+
+def with_sensor(layout, folder):
+    """Write the lens and all sensor fields in a layout; return the file."""
+    path = folder / f"mine.{layout.partition(' ')[0]}"
+    if layout == "json plain":
+        path.write_text(json.dumps(PLAIN | {"p1": 5.5e-4, "p2": -1e-3} | SENSOR))
+    elif layout == "yaml ros":
+        rows = [
+            f"{k}:\n- {v[0]}\n" + "".join(f"- {x}\n" for x in v[1:])
+            if k == "delay_s"
+            else f"{k}: {list(v) if isinstance(v, tuple) else f'{v}  # measured'}\n"
+            for k, v in SENSOR.items()
+        ]
+        path.write_text(ROS + "".join(rows))
+    else:
+        write_with_opencv(path, also=SENSOR)
+    return path
+
+
+@pytest.mark.parametrize("layout", ["json plain", "yaml ros", "yml opencv", "json opencv"])
+def test_every_layout_may_tell_the_sensor_and_the_place(tmp_path, layout):
+    assert read_camera(with_sensor(layout, tmp_path)) == replace(MINE, **SENSOR)
+
+
+def test_a_camera_that_is_written_down_flies_as_the_profile_it_is(tmp_path):
+    page = (Path(__file__).resolve().parents[2] / "docs" / "cameras.md").read_text()
+    (tmp_path / "mine.json").write_text(page.partition("```json\n")[2].partition("```")[0])
+    assert read_camera(tmp_path / "mine.json") == replace(ARDRONE2_360P, name="my_drone")
+
+
+def test_every_sensor_field_is_documented_with_its_default_and_its_range():
+    page = (Path(__file__).resolve().parents[2] / "docs" / "cameras.md").read_text()
+    rows = [line.strip("| ").split(" | ") for line in page.splitlines() if line.startswith("| `")]
+    told = {row[0].strip("`"): row[2:5] for row in rows}
+    assert set(told) == set(SENSOR_FIELDS)
+    for name, (default, least, most) in told.items():
+        assert json.loads(default) == np.array(getattr(MINE, name)).tolist()
+        if name in LEAST_AND_MOST:
+            assert (float(least), float(most)) == LEAST_AND_MOST[name]
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"gamma": 9}, "gamma is 9.0; expected 0.2 to 5"),
+        ({"gamma": "video"}, "gamma is 'video'; expected a finite number"),
+        ({"gamma": float("nan")}, "finite"),
+        ({"shot_noise": -0.1}, "shot_noise is -0.1; expected 0 to 100"),
+        ({"read_noise": True}, "finite"),
+        ({"blur_px": 20}, "blur_px is 20.0; expected 0 to 2"),
+        ({"drop_share": 1.0}, "drop_share is 1.0; expected 0 to 0.9"),
+        ({"frames_per_second": 0}, "frames_per_second is 0.0; expected 1 to 1000"),
+        ({"delay_s": [0.2, 0.1]}, "expected least and most"),
+        ({"delay_s": 0.1}, "delay_s is 0.1; expected a list of 2 numbers"),
+        ({"delay_s": [0.1]}, "expected a list of 2 numbers"),
+        ({"delay_s": [0.1, "late"]}, "delay_s is 'late'; expected a finite number"),
+        ({"delay_s": [75, 130]}, "0 to 10"),
+        ({"position_m": [210, 0, 10]}, "metres, not millimetres"),
+        ({"position_m": {"rows": 1, "cols": 2, "data": [0.2, 0.0]}}, "expected a list of 3"),
+        ({"readout_s": 0.05}, "readout_s is 0.05; expected at most 0.03333"),
+        ({"exposure_s": 0.02, "frames_per_second": 60}, "exposure_s is 0.02; expected at most"),
+        ({"camera_pitch_deg": 91}, "camera_pitch_deg"),
+        ({"gama": 2.2}, "unknown fields gama; known are fx.*gamma"),
+    ],
+)
+def test_a_sensor_that_cannot_be_is_refused_in_every_layout(tmp_path, change, says):
+    (tmp_path / "plain.json").write_text(json.dumps(PLAIN | change))
+    matrix = json.loads(write_with_opencv(tmp_path / "opencv.json").read_text())
+    (tmp_path / "opencv.json").write_text(json.dumps(matrix | change))
+    for name in ("plain.json", "opencv.json"):
+        with pytest.raises(InputError) as error:
+            read_camera(tmp_path / name)
+        assert "\n" not in str(error.value)
+        if name == "plain.json" or "gama" not in change:
+            assert re.search(says, str(error.value))
+        else:
+            assert "unknown field gama; expected gamma" in str(error.value)
 
 
 def test_the_real_drones_lens_can_be_undone_everywhere(tmp_path):

@@ -318,6 +318,36 @@ def test_a_ball_at_rest_stays_on_the_table():
     assert abs(path[-1, 3:6]).max() < 0.01
 
 
+@pytest.mark.parametrize("restitution", [0.0, 0.1, 0.5, 0.75, 0.94])
+def test_a_rolling_ball_goes_on_rolling_at_its_speed(restitution):
+    """Dropped from 5 cm with the spin of rolling, so that no friction acts: 0.5 m/s for 2.2 s."""
+    solids = Solids(air=VACUUM, table=Surface(restitution, 0.25))
+    start = state([1.3, 0.0, 0.05 + BALL_RADIUS], [-0.5, 0.0, 0.0], [0.0, -0.5 / BALL_RADIUS, 0.0])
+    path = fly_over_court(start, 2200, solids)
+    assert path[-1, 0] == pytest.approx(1.3 - 0.5 * 2.2, abs=1e-9)
+    assert path[-1, 3] == pytest.approx(-0.5, abs=1e-12)
+    assert path[:, 2].min() > BALL_RADIUS - 1e-12
+
+
+def test_a_sliding_ball_slows_down_by_friction_until_it_rolls():
+    """Deceleration mu g; a thin shell rolls at 3/5 of its first speed."""
+    solids = Solids(air=VACUUM, table=Surface(0.0, 0.25))
+    path = fly_over_court(state([1.3, 0.0, BALL_RADIUS], [-0.5, 0.0, 0.0]), 600, solids)
+    assert path[50, 3] == pytest.approx(
+        -0.5 + 0.25 * GRAVITY * 0.051, abs=2 * 0.25 * GRAVITY * TICK
+    )
+    assert path[-1, 3] == pytest.approx(-0.3, abs=1e-9)
+    assert path[-1, 7] == pytest.approx(-0.3 / BALL_RADIUS, abs=1e-6)
+
+
+def test_a_rolling_ball_meets_the_net():
+    start = state([0.2, 0.0, BALL_RADIUS], [-0.5, 0.0, 0.0], [0.0, -0.5 / BALL_RADIUS, 0.0])
+    path = fly_over_court(start, 800, Solids(air=VACUUM, table=Surface(0.0, 0.25)))
+    assert path[:, 0].min() > BALL_RADIUS
+    assert path[-1, 3] > -1e-6
+    assert path[:, 2].min() > BALL_RADIUS - 1e-9
+
+
 def test_land_ends_with_the_floor():
     contacts = land(state([0.5, 0.0, 0.3], [2.0, 0.0, 0.0]), Solids())
     assert contacts[0].solid == "table"
@@ -690,3 +720,20 @@ def test_without_a_drone_there_is_nothing_to_touch_but_the_court():
     path, contacts = advance(thrown, 0.0, FAR_AWAY[:501], Solids())
     assert len(contacts) == 1
     assert np.array_equal(path, fly_over_court(thrown, 500, Solids()))
+
+
+def test_ticks_that_are_passed_over_hold_nothing_a_tick_by_itself_would_find():
+    throws, poses = random_throws(300, 400, np.random.default_rng(9))
+    paths, contacts = advance_many(throws, 0.0, poses, Solids())
+    states, found = throws, [()] * len(throws)
+    for i in range(poses.shape[1] - 1):
+        after, touches = advance_many(states, i * TICK, poses[:, i : i + 2], Solids())
+        states = after[:, 0]
+        found = [old + new for old, new in zip(found, touches, strict=True)]
+        calm = [len(touches) <= 60 for touches in found]  # the others jam: too many are kept
+        assert np.array_equal(states[calm], paths[calm, i])
+    assert sum(map(len, contacts)) > 300
+    for some, others in zip(contacts, found, strict=True):
+        if len(some) <= 60:
+            assert [c.solid for c in some] == [c.solid for c in others]
+            assert [c.time for c in some] == pytest.approx([c.time for c in others], abs=1e-12)

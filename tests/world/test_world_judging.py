@@ -1,17 +1,23 @@
 """Verdicts against slow and obvious ways to the same answers."""
 
+import itertools
+
 import numpy as np
 import pytest
 
 from rotorpong.geometry import quaternion_from_euler
 from rotorpong.physics.camera import GAZEBO
-from rotorpong.physics.vehicle import TUM_GAZEBO
+from rotorpong.physics.vehicle import TICK, TUM_GAZEBO
+from rotorpong.world import _contact_kernels as contacts
+from rotorpong.world import _judging_kernels as rules
 from rotorpong.world._judging_kernels import hull_in_court
+from rotorpong.world._nearness_kernels import box_of
 from rotorpong.world.contact import drone_touches_court, miss_distances, time_error
 from rotorpong.world.judging import judge
 from rotorpong.world.racket import HOME_BLADE, HOME_BODY, HULL, Racket
 from rotorpong.world.serves import HUMAN, draw
 from rotorpong.world.simulated_drone import Setting, SimulatedDrone
+from rotorpong.world.solids import SOLIDS
 
 SETTING = Setting(TUM_GAZEBO, GAZEBO)
 RACKET = Racket()
@@ -71,6 +77,45 @@ def test_a_hull_is_in_the_court_where_the_whole_path_says_so():
         )
         touched += drone_touches_court(track, HULL)
     assert 300 < touched < 2700
+
+
+def touch(solid, tick, facing=1.0):
+    row = np.zeros(contacts.CONTACT_COLUMNS)
+    row[contacts.TIME], row[contacts.SOLID], row[contacts.FACING] = tick * TICK, solid, facing
+    return row
+
+
+def ending_in_legs(touches, track, cuts):
+    """Return how a serve ends that is judged leg by leg."""
+    edges = [0, *cuts, len(track) - 1]
+    for low, high in itertools.pairwise(edges):
+        within = [t for t in touches if low * TICK < t[contacts.TIME] <= high * TICK]
+        rows = np.array(within).reshape(-1, contacts.CONTACT_COLUMNS)
+        leg = track[low : high + 1]
+        hull = HULL.radius, HULL.half_height
+        has_passed = False
+        code, _ = rules.ending(rows, has_passed, leg, box_of(leg), high, TICK, hull)
+        if code != rules.PLAYING:
+            return code
+    return rules.PLAYING
+
+
+@pytest.mark.parametrize("cuts", [[], [10, 20, 30, 40], [24], [25], [26], [5, 33]])
+def test_what_came_first_decides_wherever_the_leg_is_cut(cuts):
+    """The drone is in the table from tick 25.5 on; ball and blade meet before or after."""
+    track = np.tile([0.5, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], (50, 1))
+    track[:, 2] = HULL.half_height + 0.001 * (25.5 - np.arange(50))
+    blade, hull, floor = (SOLIDS.index(name) for name in ("blade", "hull", "floor"))
+    for touches, wanted in (
+        ([touch(blade, 24.2)], rules.HIT),
+        ([touch(blade, 27.2)], rules.FAULT),
+        ([touch(hull, 12.1), touch(blade, 13.0)], rules.HULL_TOUCHED),
+        ([touch(floor, 12.1), touch(blade, 13.0)], rules.MISSED),
+        ([touch(blade, 12.0, facing=0.2), touch(blade, 13.0)], rules.HIT),
+        ([touch(floor, 30.0)], rules.FAULT),
+        ([], rules.FAULT),
+    ):
+        assert ending_in_legs(touches, track, cuts) == wanted
 
 
 def test_verdicts_of_whole_serves_agree_with_their_paths():

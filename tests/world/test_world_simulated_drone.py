@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from rotorpong.conventions import BALL_RADIUS, GRAVITY, InputError
 from rotorpong.drone import HOVER, Drone, Eyes, Frame, Navdata, Referee, VelocityCommand
+from rotorpong.physics.ardrone2 import ARDRONE2
 from rotorpong.physics.ball import RUBBER, Air, Ball, bounce, fly
 from rotorpong.physics.camera import ARDRONE2_360P, ARDRONE2_720P, GAZEBO, ideal, project, row_time
 from rotorpong.physics.vehicle import NOISE_FREE_CASCADE, TUM_GAZEBO, TumGazebo
@@ -598,3 +599,22 @@ def test_a_return_that_does_not_reach_the_other_side_has_no_landing():
     slow = drone(aimed(0.0, 0.0), replace(CALM, racket=Racket(RUBBER))).truth()
     assert slow.verdict.outcome == "hit"
     assert slow.landing_x is None
+
+
+def test_navdata_come_late_and_none_is_lost():
+    """The AR.Drone's are 12 ms old or older; those of the simulated drone come at once."""
+    for vehicle, delay in ((ARDRONE2, 0.012), (TUM_GAZEBO, 0.0)):
+        drone = SimulatedDrone(
+            draw(HUMAN, np.random.default_rng(0)),
+            Setting(vehicle, GAZEBO),
+            vehicle_rng=np.random.default_rng(1),
+            sensor_rng=np.random.default_rng(2),
+        )
+        times = []
+        while (seen := drone.observe()) is not None:
+            times.append(seen.navdata.times)
+            newest = seen.arrival_time - seen.navdata.times[-1]
+            assert delay - 1e-9 <= newest < delay + 0.005
+        times = np.concatenate([*times, drone.last_navdata.times])
+        assert np.diff(times) == pytest.approx(0.005)
+        assert times[0] == 0.0

@@ -35,6 +35,22 @@ class Match(Common):
     serves: str = "human"
     """human, constant, hard, lob, or FILE.csv of serves or of a measured flight."""
 
+    def spec(self, **more: Any) -> Any:
+        """Return the checked spec of this match; `more` are fields that not every match has."""
+        from rotorpong.lab.spec import Spec
+
+        match = (self.player, self.eyes, self.vehicle, self.camera, self.serves, self.seed)
+        return Spec(*match, **more).check()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Varied(Match):
+    """Who plays against what, and whether that is another thing every ball."""
+
+    randomize: FlagCreatePairsOff[bool] = False
+    """Draw drone, sensors, ball, camera and looks anew for every ball, within what is known. Serves
+    of a FILE keep the ball, drag, restitution and friction that were measured with them."""
+
 
 def knowledge_of(match: Match, experience: Path | None) -> Any:
     """Return what an experience file taught, saying where it is of another match; None without."""

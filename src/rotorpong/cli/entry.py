@@ -19,6 +19,7 @@ from typing import Annotated, Any, NoReturn
 import tyro
 from tyro.conf import subcommand
 
+from rotorpong import __version__
 from rotorpong.cli.bench import Bench
 from rotorpong.cli.common import say
 from rotorpong.cli.look import Detect, Doctor, Serves
@@ -28,6 +29,10 @@ from rotorpong.cli.throw import Throw
 BAD_INPUT = 2
 INTERRUPTED = 130
 UNFIT = 1  # doctor found a problem
+ABOUT = (
+    "A quadrotor that learns to play table tennis with one onboard camera. "
+    "rotorpong --version tells which version this is."
+)
 
 
 Command = (
@@ -57,9 +62,12 @@ def main() -> NoReturn:
 
 
 def _run(arguments: list[str]) -> int:
+    if arguments == ["--version"]:
+        print(f"rotorpong {__version__}")  # noqa: T201
+        return 0
+    command = _parsed(arguments)
     from rotorpong.conventions import RotorpongError, require_seed
 
-    command = _parsed(arguments)
     try:
         require_seed(command.seed)
         with contextlib.redirect_stdout(sys.stderr) if command.json else contextlib.nullcontext():
@@ -98,7 +106,7 @@ def _parsed(arguments: list[str]) -> Any:
                 Command,  # pyright: ignore[reportArgumentType]
                 prog="rotorpong",
                 args=arguments or ["--help"],
-                description="A quadrotor that learns to play table tennis with one onboard camera.",
+                description=ABOUT,
             )
     except SystemExit as exit_:
         if exit_.code not in (0, None):

@@ -9,6 +9,7 @@ from tyro.conf import FlagCreatePairsOff
 from rotorpong.cli.common import (
     Common,
     Match,
+    Varied,
     compile_kernels,
     knowledge_of,
     named,
@@ -51,12 +52,11 @@ class Train(Match):
 
     def run(self) -> dict[str, Any]:
         """Train."""
-        from rotorpong.lab.spec import Spec, require_count
+        from rotorpong.lab.spec import require_count
         from rotorpong.lab.train import train
 
         require_count("hits", self.hits)
-        spec = Spec(self.player, self.eyes, self.vehicle, self.camera, self.serves, self.seed)
-        spec.check()
+        spec = self.spec()
         compile_kernels()
         with progress_bar() as advance:
             done = train(
@@ -69,7 +69,7 @@ class Train(Match):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Evaluate(Match):
+class Evaluate(Varied):
     """Measure a player on a fixed number of serves; it never learns here."""
 
     balls: int = 100
@@ -80,30 +80,18 @@ class Evaluate(Match):
     """cardboard or rubber."""
     blackout: FlagCreatePairsOff[bool] = False
     """Make every frame black."""
-    randomize: FlagCreatePairsOff[bool] = False
-    """Draw drone, sensors, ball, camera and looks anew for every ball, within what is known."""
     workers: int = 1
     """Processes; the results do not depend on it."""
 
     def run(self) -> dict[str, Any]:
         """Evaluate."""
         from rotorpong.lab.evaluate import evaluate, summary
-        from rotorpong.lab.spec import Spec, require_count
+        from rotorpong.lab.spec import require_count
         from rotorpong.lab.tables import summary_table
 
         require_count("balls", self.balls)
         require_count("workers", self.workers)
-        spec = Spec(
-            self.player,
-            self.eyes,
-            self.vehicle,
-            self.camera,
-            self.serves,
-            self.seed,
-            self.racket,
-            self.blackout,
-            self.randomize,
-        ).check()
+        spec = self.spec(racket=self.racket, blackout=self.blackout, randomize=self.randomize)
         known = knowledge_of(self, self.experience)
         compile_kernels()
         with progress_bar() as advance:

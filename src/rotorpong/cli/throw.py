@@ -4,11 +4,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rotorpong.cli.common import Match, compile_kernels, knowledge_of, named, progress_bar, say
+from rotorpong.cli.common import Varied, compile_kernels, knowledge_of, named, progress_bar, say
 
 
 @dataclass(frozen=True, kw_only=True)
-class Throw(Match):
+class Throw(Varied):
     """Show one serve, onboard and from beside the table: a film, an animation or a sheet."""
 
     out: Path
@@ -22,12 +22,10 @@ class Throw(Match):
 
     def run(self) -> dict[str, Any]:
         """Throw, and write the pictures."""
-        from rotorpong.lab.spec import Spec
         from rotorpong.lab.throw import check, throw
 
         check(self.index, self.out, self.slow)
-        spec = Spec(self.player, self.eyes, self.vehicle, self.camera, self.serves, self.seed)
-        spec.check()
+        spec = self.spec(randomize=self.randomize)
         known = knowledge_of(self, self.experience)
         compile_kernels()
         with progress_bar() as advance:

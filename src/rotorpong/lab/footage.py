@@ -19,10 +19,11 @@ from rotorpong.drone import (
     VelocityCommand,
 )
 from rotorpong.lab.oracle import Gate
-from rotorpong.lab.trial import Played, Stage, play_trial
+from rotorpong.lab.seeds import trial_generators
+from rotorpong.lab.trial import Played, Stage, encounter, play_trial
 from rotorpong.physics.camera import in_picture
 from rotorpong.play.paper import PaperSettings
-from rotorpong.world.simulated_drone import SimulatedDrone
+from rotorpong.world.simulated_drone import Setting, SimulatedDrone
 
 _Seen = list[tuple[Observation, Float[ndarray, "3"]]]
 
@@ -44,6 +45,7 @@ class Take:
 
     played: Played
     sights: tuple[Sight, ...]
+    setting: Setting  # what the serve really met
 
     @property
     def trigger(self) -> BallEstimate | None:
@@ -71,11 +73,12 @@ def play_again(stage: Stage, index: int, player: Player, *, look: bool = True) -
 
     played = play_trial(stage, index, player, watch=watch)
     watched = watching[0]
-    looking = stage.spec.make_eyes(watched.drone) if look else None
+    looking = stage.spec.make_eyes(watched.drone, stage.setting.camera) if look else None
     sights = tuple(
         Sight(seen, looking.see(seen) if looking else None, ball) for seen, ball in watched.seen
     )
-    return Take(played, sights)
+    generators = trial_generators(stage.spec.seed, stage.purpose, index)
+    return Take(played, sights, encounter(stage, index, generators)[0])
 
 
 def most_telling(stage: Stage, indices: Iterable[int], player: Player) -> int:
@@ -87,14 +90,14 @@ def most_telling(stage: Stage, indices: Iterable[int], player: Player) -> int:
         player: with what it knew then.
     """
     takes = [play_again(stage, index, player, look=False) for index in indices]
-    return max(takes, key=lambda take: _beauty(take, stage)).played.index
+    return max(takes, key=lambda take: _beauty(take)).played.index
 
 
-def _beauty(take: Take, stage: Stage) -> float:
+def _beauty(take: Take) -> float:
     truth = take.played.truth
     offset = truth.verdict.contact_offset
     balls = np.stack([sight.ball for sight in take.sights])
-    in_view = float(np.mean(in_picture(stage.setting.camera, balls)))
+    in_view = float(np.mean(in_picture(take.setting.camera, balls)))
     moved = float(np.linalg.norm(truth.blade_path[-1] - truth.blade_path[0]))
     central = -truth.miss_distance if offset is None else 1.0 - offset
     return central + 0.5 * in_view + 0.5 * min(moved / WELL_MOVED, 1.0)

@@ -21,6 +21,9 @@ def summary_table(result: dict[str, Any]) -> Table:
     table = _two_columns(f"{result['player']} player, {result['eyes']} eyes")
     for what in ("vehicle", "camera", "serves", "seed", "balls"):
         table.add_row(what, escape(str(result[what])))
+    for what in ("blackout", "randomize"):
+        if result[what]:
+            table.add_row(what, "yes")
     table.add_row("hits", str(result["hits"]))
     table.add_row("hit rate (95 %)", percent(result["hit_rate"], result["hit_rate_interval"]))
     table.add_row("reachable", str(result["reachable"]))

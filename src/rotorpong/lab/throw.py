@@ -162,7 +162,7 @@ def _write_animation(path: Path, scenery: Scenery, slow: float, tell: Progress) 
 def _palette(scenery: Scenery) -> Image.Image:
     """Return colours for all pictures: those of some, and of the marks, which are small in them."""
     shots = [shot(scenery, share * scenery.duration) for share in (0.3, 0.6, 1.0)]
-    marks = np.array([*MARKS, *VERDICTS.values(), LOST, scenery.stage.setting.scene.ball])
+    marks = np.array([*MARKS, *VERDICTS.values(), LOST, scenery.take.setting.scene.ball])
     swatches = np.repeat(marks.astype(np.uint8)[None, :, None], 80, axis=0).repeat(80, axis=2)
     strip = np.zeros((80, FRAME_SIZE[0], 3), np.uint8)
     strip[:, : 80 * len(marks)] = swatches.reshape(80, -1, 3)

@@ -115,11 +115,7 @@ def play_trial(
 
 def meet(stage: Stage, index: int, generators: Generators) -> tuple[Serve, SimulatedDrone]:
     """Return serve `index` and the drone that hovers there at the instant of its release."""
-    if stage.spec.randomize:
-        setting, draw_ball = draw_trial(stage.setting, generators.world)
-        serve = _thrown(stage.serves, index, generators.serve, draw_ball)
-    else:
-        setting, serve = stage.setting, stage.serves(index, generators.serve)
+    setting, serve = encounter(stage, index, generators)
     drone = SimulatedDrone(
         serve,
         setting,
@@ -127,6 +123,14 @@ def meet(stage: Stage, index: int, generators: Generators) -> tuple[Serve, Simul
         sensor_rng=generators.sensors,
     )
     return serve, drone
+
+
+def encounter(stage: Stage, index: int, generators: Generators) -> tuple[Setting, Serve]:
+    """Return what serve `index` really meets, which may be a world of its own, and the serve."""
+    if not stage.spec.randomize:
+        return stage.setting, stage.serves(index, generators.serve)
+    setting, draw_ball = draw_trial(stage.setting, generators.world)
+    return setting, _thrown(stage.serves, index, generators.serve, draw_ball)
 
 
 def new_drone(stage: Stage, index: int) -> SimulatedDrone:

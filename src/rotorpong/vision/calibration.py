@@ -5,31 +5,38 @@ Three layouts, recognised by their keys; keys are compared in lower case:
 - OpenCV `FileStorage`, YAML or JSON: `camera_matrix`, `distortion_coefficients` (each with `rows`,
   `cols`, `data`), `image_width`, `image_height`;
 - ROS `camera_info` YAML: the same keys, `distortion_model: plumb_bob`;
-- plain JSON: `fx fy cx cy width height`, optionally `k1 k2 p1 p2 k3` and `name`, nothing else.
+- plain JSON: `fx fy cx cy width height`, optionally `k1 k2 p1 p2 k3` and `name`.
+
+Each may also say how the camera sits, sees and sends, in the fields of `Camera` (docs/cameras.md);
+what it does not say is ideal. Plain JSON holds nothing else. Other tools' files hold much, which is
+passed over, but not what nearly is one of these fields.
 
 Distortion is k1 k2 p1 p2 [k3]; further coefficients must be zero. The YAML reader knows mappings of
 scalars, lists and mappings, the two tags OpenCV writes, and nothing else of YAML.
 """
 
+import difflib
 import json
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from rotorpong.conventions import InputError
-from rotorpong.physics.camera import Camera, directions, project
+from rotorpong.physics.camera import LEAST_AND_MOST, Camera, require_camera
 
 LARGEST_FILE = 4 * 2**20  # bytes
 DEEPEST_INDENT = 64  # columns
 LARGEST_SIDE_PX = 16384
 FOCAL_LENGTHS = (0.1, 100.0)  # of the picture's width: 157 to 0.6 degrees
-ROUND_TRIP_PX = 0.1  # a pixel undistorted and projected again
 PLAIN_KEYS = ("fx", "fy", "cx", "cy", "width", "height")
 PLAIN_DISTORTION = ("k1", "k2", "p1", "p2", "k3")
 MATRIX_KEYS = ("camera_matrix", "distortion_coefficients", "image_width", "image_height")
+VECTORS = {"delay_s": 2, "position_m": 3}
+SENSOR_FIELDS = (*LEAST_AND_MOST, *VECTORS)  # how the camera sits, sees and sends
+FARTHEST = 1.0  # m from the body's centre of mass, each axis
+NEARLY = 0.8  # likeness of a field's name to one of ours
 DISTORTION_MODELS = ("plumb_bob", "rational_polynomial")  # the second where its extra terms are 0
 
 Fields = dict[str, Any]
@@ -100,7 +107,7 @@ def _yaml(lines: list[str]) -> Fields:
     while at < len(lines):
         key, colon, rest = lines[at].partition(":")
         end = at + 1
-        while end < len(lines) and _indent(lines[end]) > _indent(lines[at]):
+        while end < len(lines) and _is_below(lines[end], _indent(lines[at])):
             end += 1
         if not colon or not key.strip() or _indent(lines[at]) != _indent(lines[0]):
             raise InputError(f"is damaged YAML at {lines[at].strip()[:40]!r}")
@@ -108,6 +115,11 @@ def _yaml(lines: list[str]) -> Fields:
         fields[name] = _yaml_value(rest.strip(), lines[at + 1 : end])
         at = end
     return fields
+
+
+def _is_below(line: str, indent: int) -> bool:
+    """Tell whether a line belongs to the key above it; items of its list need not be indented."""
+    return _indent(line) > indent or line[indent:].startswith("- ")
 
 
 def _indent(line: str) -> int:
@@ -122,7 +134,7 @@ def _yaml_value(rest: str, below: list[str]) -> Any:
         return _scalar(value)
     first = below[0].lstrip()
     if first.startswith("- "):
-        return below  # lists of lines belong to fields that no camera needs
+        return [_scalar(line.lstrip().removeprefix("-").strip()) for line in below]
     return _flow(" ".join(below)) if first.startswith(("[", "{")) else _yaml(below)
 
 
@@ -134,6 +146,7 @@ def _flow(text: str) -> Any:
 
 
 def _scalar(text: str) -> Any:
+    text = text.partition(" #")[0].strip()  # a comment may follow
     try:
         return float(text)
     except ValueError:
@@ -141,13 +154,16 @@ def _scalar(text: str) -> Any:
 
 
 def _camera(fields: Fields, name: str) -> Camera:
-    if "camera_matrix" in fields:
-        return _matrix_camera(fields, name)
-    return _plain_camera(fields, name)
+    lens = _matrix_camera if "camera_matrix" in fields else _plain_camera
+    said: Fields = {key: _number(fields[key], key) for key in LEAST_AND_MOST if key in fields}
+    for key in VECTORS.keys() & fields.keys():
+        said[key] = _vector(fields[key], key)
+    return replace(lens(fields, name), **said)
 
 
 def _matrix_camera(fields: Fields, name: str) -> Camera:
     _require(fields, MATRIX_KEYS)
+    _refuse_misspelt(fields)
     model = fields.get("distortion_model", "plumb_bob")
     if model not in DISTORTION_MODELS or fields.get("fisheye_model", 0):
         raise InputError(f"distortion model {model!r}, fisheye or not; expected plumb_bob")
@@ -165,11 +181,11 @@ def _matrix_camera(fields: Fields, name: str) -> Camera:
 
 
 def _plain_camera(fields: Fields, name: str) -> Camera:
-    unknown = set(fields) - {*PLAIN_KEYS, *PLAIN_DISTORTION, "name"}
     _require(fields, PLAIN_KEYS)
+    known = (*PLAIN_KEYS, *PLAIN_DISTORTION, "name", *SENSOR_FIELDS)
+    unknown = sorted(set(fields) - set(known))
     if unknown:
-        known = ", ".join((*PLAIN_KEYS, *PLAIN_DISTORTION, "name"))
-        raise InputError(f"unknown fields {', '.join(sorted(unknown))}; known are {known}")
+        raise InputError(f"unknown fields {', '.join(unknown)}; known are {', '.join(known)}")
     fx, fy, cx, cy = (_number(fields[key], key) for key in PLAIN_KEYS[:4])
     return Camera(
         str(fields.get("name", name)),
@@ -188,6 +204,20 @@ def _require(fields: Fields, keys: tuple[str, ...]) -> None:
             f"lacks {', '.join(missing)}; it has {', '.join(sorted(fields))[:200]}; expected "
             f"{', '.join(MATRIX_KEYS)} (OpenCV, ROS) or {', '.join(PLAIN_KEYS)} (plain JSON)"
         )
+
+
+def _refuse_misspelt(fields: Fields) -> None:
+    for key in sorted(fields.keys() - set(SENSOR_FIELDS)):
+        if meant := difflib.get_close_matches(key, SENSOR_FIELDS, 1, NEARLY):
+            raise InputError(f"unknown field {key}; expected {meant[0]}")
+
+
+def _vector(value: Any, name: str) -> tuple[float, ...]:
+    """Return the numbers of a list, or of a matrix."""
+    given = value.get("data") if isinstance(value, dict) else value
+    if not isinstance(given, list) or len(given) != VECTORS[name]:
+        raise InputError(f"{name} is {str(given)[:40]}; expected a list of {VECTORS[name]} numbers")
+    return tuple(_number(number, name) for number in given)
 
 
 def _numbers(value: Any, name: str) -> list[float]:
@@ -236,19 +266,21 @@ def _check(camera: Camera) -> None:
             f"centre ({x:g}, {y:g}) lies outside the picture of "
             f"{camera.width_px} x {camera.height_px} pixels: calibrated at another size?"
         )
-    _check_lens(camera)
+    _check_sensor(camera)
 
 
-def _check_lens(camera: Camera) -> None:
-    """Refuse a distortion that folds back inside the picture: its edge must undo and redo."""
-    across = np.linspace(0.0, camera.width_px - 1.0, 33)
-    down = np.linspace(0.0, camera.height_px - 1.0, 33)
-    pixels = np.stack(np.meshgrid(across, down), axis=-1)
-    with np.errstate(all="ignore"):
-        rays = directions(camera, pixels)
-        again = project(camera, np.concatenate([rays, np.ones_like(rays[..., :1])], axis=-1))
-        error = np.max(np.abs(again - pixels))
-    if not error < ROUND_TRIP_PX:
+def _check_sensor(camera: Camera) -> None:
+    """Refuse what no camera on a drone is: out of range, slower than its own frames, far away."""
+    require_camera(camera)
+    interval = 1.0 / camera.frames_per_second
+    for name in ("readout_s", "exposure_s"):
+        if getattr(camera, name) > interval:
+            raise InputError(
+                f"{name} is {getattr(camera, name):g}; expected at most {interval:.4g}, for at "
+                f"{camera.frames_per_second:g} frames per second the next one begins then"
+            )
+    if max(map(abs, camera.position_m)) > FARTHEST:
         raise InputError(
-            f"distortion {camera.distortion} folds back inside the picture: it cannot be undone"
+            f"position_m is {camera.position_m}; expected forward, left and up of the centre of "
+            f"mass, at most {FARTHEST:g} (metres, not millimetres)"
         )

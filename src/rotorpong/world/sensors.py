@@ -8,7 +8,8 @@
     battery         falls evenly, as the profile says
 
 A profile's optical flow may come late: then v is that which its track calls seen, while attitude is
-of the instant. Slow is a process of Ornstein and Uhlenbeck. A bias is normal, uniform, or both.
+of the instant. All of them are stamped when they are measured; the player gets them `delay` later.
+Slow is a process of Ornstein and Uhlenbeck. A bias is normal, uniform, or both.
 
 Sample k belongs to tick 5 k of the world, and its noise is a function of (key, k) alone, so it does
 not matter in what portions a path is read. Where the profile's attitude comes at a lower rate than
@@ -29,6 +30,7 @@ from rotorpong.physics.noise import draw_keys
 from rotorpong.physics.vehicle import TICK, SensorNoise, Track
 from rotorpong.world._navdata_kernels import NAVDATA_TICKS, measure
 
+LONGEST_DELAY = 1.0  # s
 SLOW_STREAM = np.uint64(0x5DEECE66D)  # makes another key of the attitude's
 
 
@@ -58,6 +60,8 @@ def draw_sensors(noise: SensorNoise, rng: np.random.Generator) -> Sensors:
         raise InputError(f"attitude_rate {noise.attitude_rate} Hz: expected 0 < rate <= {1 / TICK}")
     if not (noise.attitude_slow_time > 0.0 and noise.battery_life > 0.0):
         raise InputError(f"{noise}: expected attitude_slow_time and battery_life > 0 s")
+    if noise.delay > LONGEST_DELAY:
+        raise InputError(f"delay of navdata {noise.delay} s: expected 0 to {LONGEST_DELAY:g}")
     if noise.battery_charge > 1.0:
         raise InputError(f"battery_charge {noise.battery_charge}: expected 0 to 1")
     key, attitude_key = draw_keys(rng), draw_keys(rng)

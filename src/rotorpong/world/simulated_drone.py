@@ -29,7 +29,7 @@ from rotorpong.physics.camera import Camera, camera_from_body, require_camera
 from rotorpong.physics.vehicle import Track, Vehicle, VehicleState
 from rotorpong.world._batch_kernels import FLOWN, fly_leg
 from rotorpong.world._contact_kernels import CONTACT_COLUMNS
-from rotorpong.world._judging_kernels import HIT, HULL_TOUCHED
+from rotorpong.world._judging_kernels import HIT, HULL_TOUCHED, WATCH_COLUMNS
 from rotorpong.world.contact import (
     MOST_CONTACTS,
     TICK,
@@ -133,7 +133,8 @@ class SimulatedDrone:
         self._command, self._new_command = np.zeros(4), True
         self._tape = [(round(time / TICK), velocity) for time, velocity in tape]
         self._end: tuple[Outcome, Contact | None] | None = None
-        self.last_navdata: Navdata | None = None  # what came after the last frame
+        self._under_way: list[Navdata] = []  # measured, and not arrived yet
+        self.last_navdata: Navdata | None = None  # all that came after the last frame
 
     def observe(self) -> Observation | None:
         """Let the world run until the next frame arrives; `None` when the serve is over."""
@@ -142,13 +143,13 @@ class SimulatedDrone:
         exposure, arrival = next(self._frames)
         navdata = self._run(max(arrival - self._log.ticks, 1))
         if self._end is not None:
-            self.last_navdata = navdata
+            self.last_navdata = _joined([*self._under_way, navdata])
             return None
         return Observation(
             frame=self._picture_at(exposure),
             frame_time=exposure * TICK,
             arrival_time=self._log.ticks * TICK,
-            navdata=navdata,
+            navdata=self._arrived(navdata),
         )
 
     def command(self, velocity: VelocityCommand) -> VelocityCommand:
@@ -231,6 +232,16 @@ class SimulatedDrone:
             parts.append(self._leg(until - self._log.ticks))
         return _joined(parts)
 
+    def _arrived(self, navdata: Navdata) -> Navdata:
+        """Return what the player has got by now, with these last measurements; keep the rest."""
+        delay = self._sensors.noise.delay
+        if delay == 0.0:
+            return navdata
+        whole = _joined([*self._under_way, navdata])
+        count = int(np.searchsorted(whole.times, (self._log.ticks + 0.5) * TICK - delay))
+        self._under_way = [_part(whole, slice(count, None))]
+        return _part(whole, slice(count))
+
     def _leg(self, ticks: int) -> Navdata:
         """Let `ticks` pass under one command."""
         state, track = self._setting.vehicle.advance(
@@ -294,13 +305,19 @@ def _joined(parts: list[Navdata]) -> Navdata:
     return Navdata(*(np.concatenate(column) for column in columns))
 
 
+def _part(navdata: Navdata, samples: slice) -> Navdata:
+    return Navdata(*(getattr(navdata, f.name)[samples] for f in fields(Navdata)))
+
+
 class _Log:
     """Ball states and poses of every tick so far, kept and flown as a batch of one serve."""
 
     def __init__(self, serve: Serve, solids: Solids) -> None:
         self._balls = np.empty((1, LONGEST_SERVE + 1, 9))
         self._poses = np.empty((1, LONGEST_SERVE + 1, 7))
-        self._clocks, self._counts = np.zeros((1, 2), np.int64), np.zeros(1, np.int64)
+        self._watches = np.empty((1, WATCH_COLUMNS))
+        self._clocks, self._counts = np.zeros((2, 1), np.int64), np.zeros(1, np.int64)
+        self._leg = np.zeros(1, np.int64)
         self._codes, self._deciding = np.zeros(1, np.int64), np.empty((1, CONTACT_COLUMNS))
         self._touched = np.empty((1, MOST_CONTACTS, CONTACT_COLUMNS))
         self._parameters = parameters(solids)[None].copy()  # as the batch's, for one kernel
@@ -319,16 +336,25 @@ class _Log:
         Raises:
             InputError: a pose is not finite.
         """
+        poses = self.track[self.ticks : self.ticks + len(track.position)]
+        poses[:, :3], poses[:, 3:] = track.position, track.quaternion
+        self._leg[0] = len(poses) - 1
         lost = fly_leg(
             FIRST_ROW,
-            (track.position[None], track.quaternion[None]),
+            self._leg,
             self._parameters,
-            (self._balls, self._poses, self._clocks),
-            (self._codes, self._deciding, self._touched, self._counts),
+            self._balls,
+            self._poses,
+            self._watches,
+            self._clocks,
+            self._codes,
+            self._deciding,
+            self._touched,
+            self._counts,
         )
         if lost >= 0:
             raise InputError(TRACK_LOST)
-        self.ticks = self._clocks.item(0, FLOWN)
+        self.ticks = self._clocks.item(FLOWN, 0)
         for row in self._touched[0, : self._counts.item()]:
             self.contacts.append(contact_from_row(row))
         code = self._codes.item()

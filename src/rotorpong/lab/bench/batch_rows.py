@@ -1,7 +1,8 @@
 """How fast serves are played without pictures: trials and control steps a second, on one core.
 
 A trial is a serve from release to its end, flown by a command sequence that is known beforehand;
-the serves are drawn before the clock starts. A control step is one step of
+the serves are drawn before the clock starts, and a batch plays one after the other in the same
+room, as a learner's does. A control step is one step of
 `rotorpong/Intercept-v0`, the making of its observation included.
 """
 
@@ -13,7 +14,7 @@ import gymnasium
 import numpy as np
 
 from rotorpong.lab.bench.rows import Row
-from rotorpong.lab.environments.arena import arena
+from rotorpong.lab.environments.arena import Place, arena
 from rotorpong.world.batch import Cast, ServeBatch
 
 TRIALS = 1024
@@ -42,12 +43,12 @@ def rows() -> tuple[Row, ...]:
 
 def _trials_per_second(size: int) -> float:
     """Return how many open-loop trials are played in a second by batches of `size`."""
-    game = arena("tum_gazebo", "gazebo", "human", "cardboard", purpose="train")
+    game = arena(purpose="train")
     rng, batches = np.random.default_rng(0), max(1, min(TRIALS // size, 32))
     commands = rng.uniform(-FASTEST_COMMAND, FASTEST_COMMAND, (size, 4))
 
     def casts(batch: int) -> list[Cast]:
-        return [game.cast(batch, trial) for trial in range(size)]
+        return [game.meet(Place(batch, trial))[1] for trial in range(size)]
 
     def play(ready: list[ServeBatch]) -> None:
         for batch in ready:
@@ -55,8 +56,12 @@ def _trials_per_second(size: int) -> float:
                 batch.advance()
                 batch.command(commands)
 
+    room = [ServeBatch(game.setting, casts(batch)) for batch in range(batches)]
+
     def ready() -> list[ServeBatch]:
-        return [ServeBatch(game.setting, casts(batch)) for batch in range(batches)]
+        for i, batch in enumerate(room):
+            batch.restart(range(size), casts(i))
+        return room
 
     return size * batches / _fastest(play, ready)
 

@@ -8,7 +8,7 @@ serves and the same noise. `reset(options={"trial": i})` begins with trial i.
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import Any, TypedDict, cast
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from rotorpong.lab.reachable import is_reachable
 from rotorpong.lab.seeds import PURPOSES, Purpose, trial_generators
 from rotorpong.lab.serving import ServeSource, serve_source
 from rotorpong.lab.spec import Spec, require_choice, require_count
+from rotorpong.lab.trial import Stage, encounter
 from rotorpong.physics.camera import Camera
 from rotorpong.physics.vehicle import Vehicle
 from rotorpong.world.batch import Cast
@@ -25,6 +26,18 @@ from rotorpong.world.serves import Serve
 from rotorpong.world.simulated_drone import Setting, SimulatedDrone
 
 RENDER_MODES = ("rgb_array",)
+
+
+class Game(TypedDict, total=False):
+    """The keywords that all environments take; their defaults are those of `arena`."""
+
+    vehicle: str | Vehicle
+    camera: str | Camera
+    serves: str
+    racket: str
+    purpose: str
+    randomize: bool
+    tell_reachable: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,17 +49,22 @@ class Arena:
     purpose: Purpose
     reach: Callable[[SimulatedDrone], bool] | None = None  # of a fresh drone; takes milliseconds
 
-    def cast(self, seed: int, trial: int) -> Cast:
-        """Return what trial `trial` of `seed` throws, and its noise."""
+    def meet(self, place: "Place") -> tuple[Setting, Cast]:
+        """Return what a trial's serve meets, which `randomize` draws, and the serve with noise."""
+        seed, trial = place.seed, place.trial
         generators = trial_generators(seed, self.purpose, trial)
-        serve = _serve(self.spec.serves, self.purpose, seed, trial)
-        return Cast(serve, generators.vehicle, generators.sensors)
+        if self.spec.randomize:
+            stage = Stage(self.spec, self.setting, _source(self.spec.serves, seed), self.purpose)
+            setting, serve = encounter(stage, trial, generators)
+        else:
+            setting, serve = self.setting, _serve(self.spec.serves, self.purpose, seed, trial)
+        return setting, Cast(serve, generators.vehicle, generators.sensors)
 
     def drone(self, place: "Place") -> SimulatedDrone:
         """Return the drone and the serve of a trial, fresh."""
-        cast = self.cast(place.seed, place.trial)
+        setting, cast = self.meet(place)
         return SimulatedDrone(
-            cast.serve, self.setting, vehicle_rng=cast.vehicle_rng, sensor_rng=cast.sensor_rng
+            cast.serve, setting, vehicle_rng=cast.vehicle_rng, sensor_rng=cast.sensor_rng
         )
 
     def reachable(self, place: "Place") -> bool | None:
@@ -54,24 +72,31 @@ class Arena:
         return None if self.reach is None else self.reach(self.drone(place))
 
 
-def arena(  # noqa: PLR0913 - what environments are given
-    vehicle: str | Vehicle,
-    camera: str | Camera,
-    serves: str,
-    racket: str,
+def arena(  # noqa: PLR0913 - the keywords of `Game`, with their defaults
     *,
-    purpose: str,
+    vehicle: str | Vehicle = "tum_gazebo",
+    camera: str | Camera = "gazebo",
+    serves: str = "human",
+    racket: str = "cardboard",
+    purpose: str = "evaluate",
+    randomize: bool = False,
+    tell_reachable: bool = True,
     eyes: str = "truth",
-    tell_reachable: bool = False,
 ) -> Arena:
-    """Return the arena that an environment's arguments describe.
+    """Return the arena that an environment's arguments describe; see docs/environments.md.
 
     Raises:
         InputError: one of them is unknown.
     """
     require_choice("purpose", purpose, tuple(PURPOSES))
     spec = Spec(
-        player="hover", eyes=eyes, vehicle=vehicle, camera=camera, serves=serves, racket=racket
+        player="hover",
+        eyes=eyes,
+        vehicle=vehicle,
+        camera=camera,
+        serves=serves,
+        racket=racket,
+        randomize=randomize,
     ).check()
     reach = is_reachable if tell_reachable else None
     return Arena(spec, spec.setting(), cast("Purpose", purpose), reach)

@@ -13,7 +13,7 @@ collect on the way, and ending early by a crash is worth nothing.
 """
 
 import math
-from typing import Any
+from typing import Any, Unpack
 
 import gymnasium as gym
 import numpy as np
@@ -24,6 +24,7 @@ from numpy import ndarray
 from rotorpong.conventions import InputError
 from rotorpong.drone import Outcome
 from rotorpong.lab.environments.arena import (
+    Game,
     Place,
     arena,
     place_of,
@@ -31,8 +32,6 @@ from rotorpong.lab.environments.arena import (
     told,
 )
 from rotorpong.lab.environments.spaces import Quantity, action_of, box, within
-from rotorpong.physics.camera import Camera
-from rotorpong.physics.vehicle import Vehicle
 from rotorpong.world.batch import STATE, ServeBatch
 
 SHAPING_LENGTH = 0.1  # m
@@ -89,17 +88,8 @@ class InterceptEnv(gym.Env[Float32[ndarray, "18"], Float32[ndarray, "4"]]):
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 30}  # noqa: RUF012 - gymnasium's own
 
-    def __init__(  # noqa: PLR0913 - these are the keywords of gymnasium.make
-        self,
-        *,
-        vehicle: str | Vehicle = "tum_gazebo",
-        camera: str | Camera = "gazebo",
-        serves: str = "human",
-        racket: str = "cardboard",
-        purpose: str = "evaluate",
-        tell_reachable: bool = True,
-        shaping: float = 0.0,
-        render_mode: str | None = None,
+    def __init__(
+        self, *, shaping: float = 0.0, render_mode: str | None = None, **game: Unpack[Game]
     ) -> None:
         """Choose what is played; see docs/environments.md.
 
@@ -111,9 +101,7 @@ class InterceptEnv(gym.Env[Float32[ndarray, "18"], Float32[ndarray, "4"]]):
         self.render_mode = render_mode
         self.observation_space = box(OBSERVATION)
         self.action_space = box(ACTION)
-        self._arena = arena(
-            vehicle, camera, serves, racket, purpose=purpose, tell_reachable=tell_reachable
-        )
+        self._arena = arena(**game)
         self._shaping = shaping
         self._limits = self._arena.setting.vehicle.limits
         self._place: Place | None = None
@@ -125,9 +113,9 @@ class InterceptEnv(gym.Env[Float32[ndarray, "18"], Float32[ndarray, "4"]]):
         """Throw the next ball and wait for the first frame."""
         super().reset(seed=seed)
         self._place = place_of(seed, options, self._place, self.np_random)
-        cast = self._arena.cast(self._place.seed, self._place.trial)
-        if self._batch is None:
-            self._batch = ServeBatch(self._arena.setting, [cast])
+        setting, cast = self._arena.meet(self._place)
+        if self._batch is None or self._batch.setting is not setting:
+            self._batch = ServeBatch(setting, [cast])
         else:
             self._batch.restart([0], [cast])
         self._batch.advance()

@@ -6,17 +6,18 @@ serve is over begins its next serve in the step that follows, whose action is no
 """
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
-from jaxtyping import Bool, Float, Float32, Int64
+from jaxtyping import Bool, Float, Float32
 from numpy import ndarray
 
 from rotorpong.conventions import InputError
-from rotorpong.lab.environments.arena import Place, arena, place_of
+from rotorpong.lab.environments.arena import Game, Place, arena, place_of
+from rotorpong.lab.environments.flights import Flights
 from rotorpong.lab.environments.intercept import (
     ACTION,
     OBSERVATION,
@@ -24,9 +25,6 @@ from rotorpong.lab.environments.intercept import (
     reward_of,
 )
 from rotorpong.lab.environments.spaces import action_of, box, within
-from rotorpong.physics.camera import Camera
-from rotorpong.physics.vehicle import Vehicle
-from rotorpong.world.batch import ServeBatch
 
 Seeds = int | Sequence[int | None] | None
 
@@ -36,18 +34,7 @@ class InterceptVectorEnv(VectorEnv[Float32[ndarray, "n 18"], Float32[ndarray, "n
 
     metadata = {"autoreset_mode": AutoresetMode.NEXT_STEP, "render_modes": []}  # noqa: RUF012
 
-    def __init__(  # noqa: PLR0913 - these are the keywords of gymnasium.make
-        self,
-        num_envs: int = 1,
-        *,
-        vehicle: str | Vehicle = "tum_gazebo",
-        camera: str | Camera = "gazebo",
-        serves: str = "human",
-        racket: str = "cardboard",
-        purpose: str = "evaluate",
-        tell_reachable: bool = True,
-        shaping: float = 0.0,
-    ) -> None:
+    def __init__(self, num_envs: int = 1, *, shaping: float = 0.0, **game: Unpack[Game]) -> None:
         """Choose what is played; see docs/environments.md.
 
         Raises:
@@ -60,13 +47,11 @@ class InterceptVectorEnv(VectorEnv[Float32[ndarray, "n 18"], Float32[ndarray, "n
         self.single_observation_space, self.single_action_space = box(OBSERVATION), box(ACTION)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        self._arena = arena(
-            vehicle, camera, serves, racket, purpose=purpose, tell_reachable=tell_reachable
-        )
+        self._arena = arena(**game)
         self._shaping = shaping
         self._limits = self._arena.setting.vehicle.limits
         self._places: list[Place] = []
-        self._batch: ServeBatch | None = None
+        self._flights: Flights | None = None
 
     def reset(
         self, *, seed: Seeds = None, options: dict[str, Any] | None = None
@@ -83,10 +68,9 @@ class InterceptVectorEnv(VectorEnv[Float32[ndarray, "n 18"], Float32[ndarray, "n
         self._places = [
             place_of(s, options, b, self.np_random) for s, b in zip(seeds, before, strict=True)
         ]
-        casts = [self._arena.cast(place.seed, place.trial) for place in self._places]
-        self._batch = ServeBatch(self._arena.setting, casts)
-        self._batch.advance()
-        return self._observation(self._batch), {}
+        self._flights = Flights(self._arena, self._places)
+        self._flights.advance()
+        return self._observation(self._flights), {}
 
     def step(
         self, actions: Any
@@ -102,22 +86,24 @@ class InterceptVectorEnv(VectorEnv[Float32[ndarray, "n 18"], Float32[ndarray, "n
         Raises:
             InputError: the actions are not finite or of another shape, or there was no reset.
         """
-        batch = self._batch
-        if batch is None:
+        flights = self._flights
+        if flights is None:
             raise InputError("no serve is on its way: call reset() before step()")
         commands = action_of(actions, (self.num_envs, 4)) * self._limits
-        anew = np.flatnonzero(batch.over)
-        batch.command(commands, told=~batch.over)
-        self._restart(batch, anew.tolist())
-        batch.advance()
-        over = batch.over
-        info = self._told(batch, np.flatnonzero(over))
+        ended = flights.over
+        flights.command(commands, told=~ended)
+        for row in np.flatnonzero(ended).tolist():
+            self._places[row] = self._places[row].next()
+            flights.restart(row, self._places[row])
+        flights.advance()
+        over = flights.over
+        info = self._told(flights, over)
         rewards = np.zeros(self.num_envs)
         for row in np.flatnonzero(over):
             rewards[row] = reward_of(
                 info["outcome"][row], info["miss_distance_m"][row], self._shaping
             )
-        return self._observation(batch), rewards, over, np.zeros(self.num_envs, bool), info
+        return self._observation(flights), rewards, over, np.zeros(self.num_envs, bool), info
 
     def _seeds(self, seed: Seeds) -> list[int | None]:
         if seed is None:
@@ -128,30 +114,24 @@ class InterceptVectorEnv(VectorEnv[Float32[ndarray, "n 18"], Float32[ndarray, "n
             raise InputError(f"{len(seed)} seeds: expected one for each of {self.num_envs} rows")
         return list(seed)
 
-    def _restart(self, batch: ServeBatch, rows: list[int]) -> None:
-        for row in rows:
-            self._places[row] = place = self._places[row].next()
-            batch.restart([row], [self._arena.cast(place.seed, place.trial)])
-
-    def _told(self, batch: ServeBatch, ended: Int64[ndarray, "rows"]) -> dict[str, Any]:
+    def _told(self, flights: Flights, over: Bool[ndarray, "n"]) -> dict[str, Any]:
         """Return the info of the rows that ended, with gymnasium's masks; else nothing."""
-        if not len(ended):
+        if not over.any():
             return {}
-        mask = batch.over
         reachable = np.full(self.num_envs, None, dtype=object)
-        for row in ended.tolist():
+        for row in np.flatnonzero(over).tolist():
             reachable[row] = self._arena.reachable(self._places[row])
         info: dict[str, Any] = {
-            "outcome": np.array(batch.outcomes, dtype=object),
-            "miss_distance_m": batch.miss_distances.copy(),
-            "time_error_s": batch.time_errors,
+            "outcome": np.array(flights.outcomes, dtype=object),
+            "miss_distance_m": flights.miss_distances,
+            "time_error_s": flights.time_errors,
             "reachable": reachable,
             "seed": np.array([place.seed for place in self._places]),
             "trial": np.array([place.trial for place in self._places]),
         }
         info["hit"] = info["outcome"] == "hit"
-        return info | {f"_{key}": mask for key in info}
+        return info | {f"_{key}": over for key in info}
 
-    def _observation(self, batch: ServeBatch) -> Float32[ndarray, "n 18"]:
+    def _observation(self, flights: Flights) -> Float32[ndarray, "n 18"]:
         assert isinstance(self.single_observation_space, spaces.Box)
-        return within(batch.states(), self.single_observation_space)
+        return within(flights.states(), self.single_observation_space)

@@ -6,7 +6,7 @@ there is no further frame: the last one is shown again.
 """
 
 import math
-from typing import Any
+from typing import Any, Unpack
 
 import gymnasium as gym
 import numpy as np
@@ -17,6 +17,7 @@ from numpy import ndarray
 from rotorpong.conventions import InputError
 from rotorpong.drone import Navdata, Observation, VelocityCommand
 from rotorpong.lab.environments.arena import (
+    Game,
     Place,
     arena,
     place_of,
@@ -25,8 +26,6 @@ from rotorpong.lab.environments.arena import (
 )
 from rotorpong.lab.environments.intercept import ACTION, require_shaping, reward_of
 from rotorpong.lab.environments.spaces import Quantity, action_of, box, within
-from rotorpong.physics.camera import Camera
-from rotorpong.physics.vehicle import Vehicle
 from rotorpong.world.simulated_drone import SimulatedDrone
 
 AXES = ("forward", "left", "up")
@@ -58,17 +57,8 @@ class InterceptVisionEnv(gym.Env[Seen, Float32[ndarray, "4"]]):
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 30}  # noqa: RUF012 - gymnasium's own
 
-    def __init__(  # noqa: PLR0913 - these are the keywords of gymnasium.make
-        self,
-        *,
-        vehicle: str | Vehicle = "tum_gazebo",
-        camera: str | Camera = "gazebo",
-        serves: str = "human",
-        racket: str = "cardboard",
-        purpose: str = "evaluate",
-        tell_reachable: bool = True,
-        shaping: float = 0.0,
-        render_mode: str | None = None,
+    def __init__(
+        self, *, shaping: float = 0.0, render_mode: str | None = None, **game: Unpack[Game]
     ) -> None:
         """Choose what is played; see docs/environments.md.
 
@@ -78,9 +68,7 @@ class InterceptVisionEnv(gym.Env[Seen, Float32[ndarray, "4"]]):
         require_shaping(shaping)
         require_render_mode(render_mode)
         self.render_mode = render_mode
-        self._arena = arena(
-            vehicle, camera, serves, racket, purpose=purpose, tell_reachable=tell_reachable
-        )
+        self._arena = arena(**game)
         eye = self._arena.setting.camera
         self._navdata_space = box(NAVDATA)
         self.observation_space = spaces.Dict(

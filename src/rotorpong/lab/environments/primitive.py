@@ -11,7 +11,7 @@ the opponent's side it landed (`rubber`); 0 without a hit, or where the ball did
 
 import functools
 import math
-from typing import Any
+from typing import Any, Unpack
 
 import gymnasium as gym
 import numpy as np
@@ -25,6 +25,7 @@ from rotorpong.experience import shipped_demonstrations
 from rotorpong.lab.demonstrate import lessons_of
 from rotorpong.lab.environments.arena import (
     Arena,
+    Game,
     Place,
     arena,
     place_of,
@@ -34,7 +35,6 @@ from rotorpong.lab.environments.arena import (
 from rotorpong.lab.environments.spaces import Quantity, action_of, box, within
 from rotorpong.lab.spec import Spec
 from rotorpong.physics.camera import Camera
-from rotorpong.physics.vehicle import Vehicle
 from rotorpong.play import lessons
 from rotorpong.play.odometer import Odometer
 from rotorpong.play.paper import DEFAULT_INTERVAL, LONGEST, SHORTEST, PaperPlayer, Stroke
@@ -83,17 +83,8 @@ class PrimitiveEnv(gym.Env[Float32[ndarray, "6"], Float32[ndarray, "7"]]):
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 30}  # noqa: RUF012 - gymnasium's own
 
-    def __init__(  # noqa: PLR0913 - these are the keywords of gymnasium.make
-        self,
-        *,
-        eyes: str = "truth",
-        vehicle: str | Vehicle = "tum_gazebo",
-        camera: str | Camera = "gazebo",
-        serves: str = "human",
-        racket: str = "cardboard",
-        purpose: str = "evaluate",
-        tell_reachable: bool = True,
-        render_mode: str | None = None,
+    def __init__(
+        self, *, eyes: str = "truth", render_mode: str | None = None, **game: Unpack[Game]
     ) -> None:
         """Choose what is played; see docs/environments.md.
 
@@ -103,15 +94,7 @@ class PrimitiveEnv(gym.Env[Float32[ndarray, "6"], Float32[ndarray, "7"]]):
         require_render_mode(render_mode)
         self.render_mode = render_mode
         self.observation_space, self.action_space = box(OBSERVATION), spaces.Box(-1.0, 1.0, (7,))
-        self._arena = arena(
-            vehicle,
-            camera,
-            serves,
-            racket,
-            purpose=purpose,
-            tell_reachable=tell_reachable,
-            eyes=eyes,
-        )
+        self._arena = arena(eyes=eyes, **game)
         self._player = player_for(self._arena)
         self._place: Place | None = None
         self._serve: _Serve | None = None
@@ -123,7 +106,7 @@ class PrimitiveEnv(gym.Env[Float32[ndarray, "6"], Float32[ndarray, "7"]]):
         super().reset(seed=seed)
         self._place = place_of(seed, options, self._place, self.np_random)
         drone = self._arena.drone(self._place)
-        self._serve = _Serve(drone, self._arena.spec.make_eyes(drone))
+        self._serve = _Serve(drone, self._arena.spec.make_eyes(drone, self._arena.setting.camera))
         estimate = self._serve.wait(self._player)
         info = told(self._place)
         return self._observation(estimate), info | {"triggered": estimate is not None}

@@ -69,7 +69,7 @@ def onboard(scenery: Scenery, time: float) -> Picture:
         return np.full((HEIGHT, WIDTH, 3), DARK, np.uint8)
     picture = sight.observation.frame.picture.copy()
     if sight.estimate is not None and scenery.stage.spec.eyes != "truth":
-        camera = scenery.stage.setting.camera
+        camera = scenery.stage.setting.camera  # what the eyes take theirs for
         center, radius = circle_in_picture(camera, sight.estimate.position)
         _circle(picture, center, max(1.25 * radius, radius + 4.0), MARK)
     return _fitted(picture)
@@ -77,7 +77,7 @@ def onboard(scenery: Scenery, time: float) -> Picture:
 
 def beside(scenery: Scenery, time: float, *, ended: bool = False) -> Picture:
     """Return the onlooker's picture at `time`, at the end with a ring about the ball."""
-    truth, setting = scenery.take.played.truth, scenery.stage.setting
+    truth, setting = scenery.take.played.truth, scenery.take.setting
     tick = min(round(time / TICK), len(truth.ball_path) - 1)
     first = max(0, tick - round(TRAIL_S / TICK))
     instant = Instant(
@@ -145,6 +145,7 @@ def _words(
     ball, body = played.truth.ball_path, played.truth.body_path
     who = f"{_short(spec.player)} player, {spec.eyes} eyes"
     what = f"{spec.vehicle_name}  ·  serve {_short(spec.serves)} {played.index}, seed {spec.seed}"
+    what += "  ·  randomised" if spec.randomize else ""
     now = f"ball {_speed(ball, time):4.1f} m/s    drone {_speed(body, time):3.1f} m/s"
     sight = _newest(scenery.take.sights, time)
     seen = "" if sight is None else f", frame of {sight.observation.frame_time:.2f} s"
