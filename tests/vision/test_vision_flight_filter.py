@@ -131,7 +131,7 @@ def test_a_prediction_is_the_worlds_flight_bounce_included():
 
 def test_covariance_through_a_bounce_is_that_of_many_flights():
     """2,000 flights: the standard error of a variance is 3 %; 12 % are 4 sigma."""
-    states, _, path = watched(3)
+    _, _, path = watched(3)
     low = int(np.argmax(np.diff(path[:, 5]) > 1.0))
     prior = replace(LEVEL, restitution=(0.94, 0.01), friction=(0.23, 0.02), table=(0.0, 0.002))
     sds = np.array([0.002] * 3 + [0.02] * 3 + [5.0] * 3 + [0.005])
@@ -201,7 +201,7 @@ def test_a_window_is_the_least_squares_solution():
 
 def test_an_unknown_bias_of_the_radius_is_found():
     states, sights, _ = watched(7)
-    swollen = [replace(s, seen=s.seen + [0.0, 0.0, -0.37 / FOCAL]) for s in sights]
+    swollen = [replace(s, seen=s.seen - np.array([0.0, 0.0, 0.37 / FOCAL])) for s in sights]
     ignorant, _ = filtered(swollen)
     aware, _ = filtered(swollen, replace(LEVEL, swelling_sd=0.5 / FOCAL))
     wrong, right = (abs(b.position[0] - states[-1, 0]) for b in (ignorant, aware))
@@ -226,7 +226,7 @@ def test_a_crossing_is_where_the_world_has_it_and_its_covariance_holds():
     """30 serves: mean squared error over covariance is 2 (left, up) within 4 sigma."""
     squares = []
     for seed in range(30):
-        states, sights, path = watched(seed, until=0.60)
+        _, sights, path = watched(seed, until=0.60)
         belief, _ = filtered(sights)
         found = crossing(belief, np.array([1.0, 0.0, 0.0]), PLANE, LEVEL)
         k = int(np.argmax(path[:, 0] < PLANE))

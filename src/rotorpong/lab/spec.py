@@ -16,6 +16,7 @@ from rotorpong.conventions import InputError, require_seed
 from rotorpong.drone import Eyes, Player
 from rotorpong.lab.randomize import require_randomizable
 from rotorpong.lab.serving import SERVE_KINDS, serve_source
+from rotorpong.lab.tracking import tracker_eyes
 from rotorpong.physics.ardrone2 import ARDRONE2, ARDRONE2_RAW
 from rotorpong.physics.camera import CAMERAS, Camera
 from rotorpong.physics.vehicle import TUM_GAZEBO, Vehicle
@@ -26,7 +27,7 @@ from rotorpong.world.truth_eyes import TruthEyes
 
 PLAYERS = ("hover", "paper", "oracle")
 LEARNERS = ("paper",)
-EYES = ("truth", "paper")
+EYES = ("truth", "paper", "tracker")
 VEHICLES: dict[str, Vehicle] = {v.name: v for v in (TUM_GAZEBO, ARDRONE2, ARDRONE2_RAW)}
 LARGEST_COUNT = 10_000_000
 
@@ -112,7 +113,12 @@ class Spec:
             drone: whose frames they get.
             camera: what they take its camera for; None: they know it exactly.
         """
-        return TruthEyes(drone) if self.eyes == "truth" else PaperEyes(camera or drone.camera)
+        if self.eyes == "truth":
+            return TruthEyes(drone)
+        lens = camera or drone.camera
+        if self.eyes == "tracker":
+            return tracker_eyes(lens, self.vehicle_name, self.serves)
+        return PaperEyes(lens)
 
 
 def camera_named(name: str) -> Camera:
