@@ -158,17 +158,22 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize("line", BAD)
-def test_bad_input_is_status_2_and_one_line_that_says_what_was_expected(here, capfd, line):
-    before = sorted(here.iterdir())
+def complaint(capfd, line, folder):
+    """Return what bad input is told, after checking that it is one line and writes no file."""
+    before = sorted(folder.iterdir())
     status, out, err = ask(capfd, *line.split(), "--json")
     assert (status, out) == (2, "")
     assert err.startswith("rotorpong: ")
     assert err.count("\n") == 1
     assert err.endswith("\n")
-    assert BAD[line] in err
     assert "---" not in err
-    assert sorted(here.iterdir()) == before
+    assert sorted(folder.iterdir()) == before
+    return err
+
+
+@pytest.mark.parametrize("line", BAD)
+def test_bad_input_is_status_2_and_one_line_that_says_what_was_expected(here, capfd, line):
+    assert BAD[line] in complaint(capfd, line, here)
 
 
 @pytest.mark.parametrize("line", ["train --hits 1 --out", "evaluate --serves"])

@@ -35,6 +35,13 @@ class Match(Common):
     serves: str = "human"
     """human, constant, hard, lob, or FILE.csv of serves or of a measured flight."""
 
+    def spec(self, **more: Any) -> Any:
+        """Return the checked spec of this match; `more` are fields that not every match has."""
+        from rotorpong.lab.spec import Spec
+
+        match = (self.player, self.eyes, self.vehicle, self.camera, self.serves, self.seed)
+        return Spec(*match, **more).check()
+
 
 @dataclass(frozen=True, kw_only=True)
 class Varied(Match):

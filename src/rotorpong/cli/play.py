@@ -52,12 +52,11 @@ class Train(Match):
 
     def run(self) -> dict[str, Any]:
         """Train."""
-        from rotorpong.lab.spec import Spec, require_count
+        from rotorpong.lab.spec import require_count
         from rotorpong.lab.train import train
 
         require_count("hits", self.hits)
-        spec = Spec(self.player, self.eyes, self.vehicle, self.camera, self.serves, self.seed)
-        spec.check()
+        spec = self.spec()
         compile_kernels()
         with progress_bar() as advance:
             done = train(
@@ -87,22 +86,12 @@ class Evaluate(Varied):
     def run(self) -> dict[str, Any]:
         """Evaluate."""
         from rotorpong.lab.evaluate import evaluate, summary
-        from rotorpong.lab.spec import Spec, require_count
+        from rotorpong.lab.spec import require_count
         from rotorpong.lab.tables import summary_table
 
         require_count("balls", self.balls)
         require_count("workers", self.workers)
-        spec = Spec(
-            self.player,
-            self.eyes,
-            self.vehicle,
-            self.camera,
-            self.serves,
-            self.seed,
-            self.racket,
-            self.blackout,
-            self.randomize,
-        ).check()
+        spec = self.spec(racket=self.racket, blackout=self.blackout, randomize=self.randomize)
         known = knowledge_of(self, self.experience)
         compile_kernels()
         with progress_bar() as advance:

@@ -22,19 +22,10 @@ class Throw(Varied):
 
     def run(self) -> dict[str, Any]:
         """Throw, and write the pictures."""
-        from rotorpong.lab.spec import Spec
         from rotorpong.lab.throw import check, throw
 
         check(self.index, self.out, self.slow)
-        spec = Spec(
-            self.player,
-            self.eyes,
-            self.vehicle,
-            self.camera,
-            self.serves,
-            self.seed,
-            randomize=self.randomize,
-        ).check()
+        spec = self.spec(randomize=self.randomize)
         known = knowledge_of(self, self.experience)
         compile_kernels()
         with progress_bar() as advance:

@@ -9,7 +9,6 @@ origin at the centre of the table, x along it. Velocity and spin that were not m
 
 import csv
 import itertools
-import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +19,7 @@ from numpy import ndarray
 
 from rotorpong.conventions import InputError
 from rotorpong.lab.flight_files import FARTHEST, FASTEST
-from rotorpong.lab.number_rows import read_lines
+from rotorpong.lab.number_rows import finite_number, read_lines
 
 HEADER = "player_id,rally_id,type,timestamp,ball_pos,ball_vel_out,ball_spin_out"
 FIELDS = len(HEADER.split(","))
@@ -112,21 +111,11 @@ def _event(path: Path, where: str, fields: list[str]) -> Event:
         rally=f"{path.name} {player} {place[1]}",
         number=int(place[2]),
         kind=kind.partition("_")[0],
-        time=_time(where, stamp),
+        time=finite_number(f"{where}: timestamp", stamp),
         position=position,
         velocity=velocity,
         spin=spin,
     )
-
-
-def _time(where: str, field: str) -> float:
-    try:
-        time = float(field)
-    except ValueError:
-        time = math.nan
-    if not math.isfinite(time):
-        raise InputError(f"{where}: timestamp {field[:40]!r}; expected a finite number")
-    return time
 
 
 def _vector(where: str, field: str) -> Float[ndarray, "3"]:

@@ -53,14 +53,23 @@ def parse_rows(
 def _row(where: str, fields: list[str], columns: int) -> list[float]:
     if len(fields) != columns:
         raise InputError(f"{where}: {len(fields)} fields; expected {columns}")
-    return [_number(where, field) for field in fields]
+    return [finite_number(f"{where}:", field) for field in fields]
 
 
-def _number(where: str, field: str) -> float:
+def finite_number(where: str, field: str) -> float:
+    """Return the number in a field.
+
+    Args:
+        where: what an error begins with.
+        field: text.
+
+    Raises:
+        InputError: it holds none, or one that is not finite.
+    """
     try:
         value = float(field)
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise InputError(f"{where}: {field.strip()[:40]!r}; expected a finite number")
+        raise InputError(f"{where} {field.strip()[:40]!r}; expected a finite number")
     return value

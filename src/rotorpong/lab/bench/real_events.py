@@ -7,6 +7,7 @@ the state just before the bounce, and the next row the state just after it: what
 show, before they are compared.
 """
 
+import functools
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from rotorpong.conventions import BALL_RADIUS, InputError
-from rotorpong.lab.bench.rows import Row
+from rotorpong.lab.bench.rows import Row, quantile_rows
 from rotorpong.lab.event_files import Event, read_events
 from rotorpong.physics.ball import TABLE_SURFACE, Air, Ball, bounce
 from rotorpong.physics.flight_bounces import (
@@ -35,6 +36,7 @@ STEPS = 4
 SHORTEST_LEG = 0.08  # s
 LONGEST_FLIGHT = 3.0  # s
 FEWEST = 20  # in a class that gets a row
+_quantiles = functools.partial(quantile_rows, fewest=FEWEST)
 SPIN_RATIOS = (0.0, 0.3, 0.45, 0.6, 0.8, 1.2)  # edges of classes
 NORMAL_SPEEDS = (1.5, 2.0, 2.5, 3.0, 4.5)  # m/s
 SPUN = 100.0  # rad/s that make a topspin or a backspin
@@ -235,18 +237,6 @@ def _law_rows(bounces: Bounces, match: Match) -> list[Row]:
                     "rad/s",
                 )
     return found
-
-
-def _quantiles(name: str, values: Float[ndarray, "n"], unit: str) -> list[Row]:
-    """Return median, 10 % and 90 % quantile, if there are enough values."""
-    if len(values) < FEWEST:
-        return []
-    low, middle, high = np.quantile(values, [0.1, 0.5, 0.9])
-    return [
-        Row(f"{name}, median (n = {len(values)})", float(middle), unit),
-        Row(f"{name}, 10 %", float(low), unit),
-        Row(f"{name}, 90 %", float(high), unit),
-    ]
 
 
 def _spread(name: str, values: Float[ndarray, "n"], unit: str) -> list[Row]:

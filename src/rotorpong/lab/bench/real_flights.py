@@ -8,6 +8,7 @@ one, by which the lift is that times the spin, and the one of our law, which sat
 restitution from the fits on either side of a bounce (`physics.flight_bounces`).
 """
 
+import functools
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from rotorpong.conventions import BALL_RADIUS, InputError
-from rotorpong.lab.bench.rows import Row
+from rotorpong.lab.bench.rows import Row, quantile_rows
 from rotorpong.lab.flight_files import Flight, read_flight_tree
 from rotorpong.lab.spin_files import spin_of
 from rotorpong.physics.ball import Air, Ball, Surface, bounce, fly
@@ -39,6 +40,7 @@ MODELS = {
 RESIDUAL_TARGET = 0.4  # of what gravity alone leaves
 LONG = 0.25  # s of an arc whose drag counts
 FEWEST = 5  # values that get a median
+_quantiles = functools.partial(quantile_rows, fewest=FEWEST)
 STRAIGHT = 0.7  # cosine between the lift and that of the measured spin
 SPIN_RATIOS = (0.0, 0.15, 0.4, 0.7, 1.5)  # edges of classes
 NORMAL_SPEEDS = (1.5, 2.0, 2.5, 3.0, 4.5)  # m/s, edges of classes
@@ -269,15 +271,3 @@ def _is_bounce(before: Fitted, after: Fitted) -> bool:
 
 def _is_clean(one: Fitted) -> bool:
     return one.open_fit.residual_rms < MOST_RESIDUAL
-
-
-def _quantiles(name: str, values: Float[ndarray, "n"], unit: str) -> list[Row]:
-    """Return median, 10 % and 90 % quantile, if there are enough values."""
-    if len(values) < FEWEST:
-        return []
-    low, middle, high = np.quantile(values, [0.1, 0.5, 0.9])
-    return [
-        Row(f"{name}, median (n = {len(values)})", float(middle), unit),
-        Row(f"{name}, 10 %", float(low), unit),
-        Row(f"{name}, 90 %", float(high), unit),
-    ]

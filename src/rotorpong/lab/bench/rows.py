@@ -4,6 +4,10 @@ import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
 
 @dataclass(frozen=True, slots=True)
 class Row:
@@ -38,3 +42,15 @@ class Row:
         if self.peer is not None:
             known |= {"peer": self.peer, "ratio": self.ratio}
         return known
+
+
+def quantile_rows(name: str, values: Float[ndarray, "n"], unit: str, *, fewest: int) -> list[Row]:
+    """Return median, 10 % and 90 % quantile, if there are at least `fewest` values."""
+    if len(values) < fewest:
+        return []
+    low, middle, high = np.quantile(values, [0.1, 0.5, 0.9])
+    return [
+        Row(f"{name}, median (n = {len(values)})", float(middle), unit),
+        Row(f"{name}, 10 %", float(low), unit),
+        Row(f"{name}, 90 %", float(high), unit),
+    ]
