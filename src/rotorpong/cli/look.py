@@ -59,10 +59,12 @@ class FromFlight(Common):
 
     def run(self) -> dict[str, Any]:
         """Convert."""
+        from rotorpong.files import target_of
         from rotorpong.lab.from_flight import convert
         from rotorpong.lab.serve_files import write_serves
         from rotorpong.lab.tables import conversion_table
 
+        target_of(self.out)  # nothing is fitted for a place that cannot be written
         conversion = convert(self.flight)
         write_serves(self.out, tuple(made.serve for made in conversion.serves))
         result = {**conversion.as_json(), "out": str(self.out)}

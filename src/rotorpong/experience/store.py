@@ -24,6 +24,7 @@ from typing import Any, TypeVar
 from rotorpong.conventions import InputError, StoreError
 from rotorpong.experience import database
 from rotorpong.experience.records import Attempt, Demonstration, Run, Trial, canonical_json
+from rotorpong.files import sync_folder
 
 SCHEMA = {
     "runs": """CREATE TABLE runs(
@@ -61,7 +62,7 @@ def create(path: str | PathLike[str], run: Run) -> "Store":
             _publish(draft, path)
         finally:
             draft.unlink(missing_ok=True)
-        database.sync_folder(path.absolute().parent)
+        sync_folder(path.absolute().parent)
     return open_store(path)
 
 
