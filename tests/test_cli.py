@@ -265,6 +265,18 @@ def test_experience_of_other_eyes_is_accepted_with_a_warning(here, capfd):
     assert "serves human, not constant" in err
 
 
+def test_a_file_that_changed_since_the_experience_is_told_and_one_that_moved_is_not(here, capfd):
+    (here / "serve.csv").write_text(SERVE_HEADER + "2,0,0.3,-7,0,2,0,0,0,0.15,0.88,0.25\n")
+    train(Spec(eyes="truth", serves="serve.csv"), 1, here / "run.sqlite")
+    line = "evaluate --player hover --eyes truth --balls 1 --experience run.sqlite --json --serves"
+    assert ask(capfd, *line.split(), "serve.csv")[2] == ""
+    (here / "serve.csv").rename(here / "same.csv")
+    assert ask(capfd, *line.split(), "same.csv")[2] == ""
+    (here / "serve.csv").write_text(SERVE_HEADER + "2,0,0.3,-7,0,2.1,0,0,0,0.15,0.88,0.25\n")
+    said = "rotorpong: run.sqlite was recorded with another serves serve.csv\n"
+    assert ask(capfd, *line.split(), "serve.csv")[2] == said
+
+
 def test_what_a_players_own_code_prints_or_leaves_does_not_spoil_the_json(here, capfd):
     (here / "own.py").write_text(PLAYER.format("print('look at me'); raise SystemExit(0)"))
     line = ["evaluate", "--player", "own.py:Own", "--balls", "11", "--json"]

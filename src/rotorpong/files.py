@@ -6,6 +6,7 @@ device, a pipe, a folder) is never replaced.
 """
 
 import errno
+import hashlib
 import os
 import secrets
 from collections.abc import Iterator
@@ -100,6 +101,24 @@ def prepare_folder(path: Path) -> None:
     except OSError as error:
         reason = error.strerror or error
         raise InputError(f"{path}: {reason}; expected a folder that can be written") from error
+
+
+def digest_of(path: Path) -> str:
+    """Return the SHA-256 of a file's bytes, or of those of all files right in a folder, by name.
+
+    Raises:
+        InputError: it cannot be read.
+    """
+    digest = hashlib.sha256()
+    try:
+        files = sorted(filter(Path.is_file, path.iterdir())) if path.is_dir() else [path]
+        for file in files:
+            data = file.read_bytes()
+            digest.update(f"{file.name if path.is_dir() else ''}\0{len(data)}\0".encode())
+            digest.update(data)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    return digest.hexdigest()
 
 
 def sync_folder(folder: Path) -> None:

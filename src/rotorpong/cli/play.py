@@ -92,7 +92,7 @@ class Evaluate(Varied):
         require_count("balls", self.balls)
         require_count("workers", self.workers)
         spec = self.spec(racket=self.racket, blackout=self.blackout, randomize=self.randomize)
-        known = knowledge_of(self, self.experience)
+        known = knowledge_of(spec, self.experience)
         compile_kernels()
         with progress_bar() as advance:
             results = evaluate(

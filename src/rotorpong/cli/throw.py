@@ -26,7 +26,7 @@ class Throw(Varied):
 
         check(self.index, self.out, self.slow)
         spec = self.spec(randomize=self.randomize)
-        known = knowledge_of(self, self.experience)
+        known = knowledge_of(spec, self.experience)
         compile_kernels()
         with progress_bar() as advance:
             result = throw(

@@ -103,9 +103,12 @@ def run_of(spec: Spec) -> Run:
     )
 
 
-def _unusual(spec: Spec) -> dict[str, bool]:
+def _unusual(spec: Spec) -> dict[str, Any]:
     """Return what older runs do not mention, where it is not as they had it."""
-    return {"randomize": True} if spec.randomize else {}
+    contents = spec.contents()
+    return ({"randomize": True} if spec.randomize else {}) | (
+        {"contents": contents} if contents else {}
+    )
 
 
 def _opened(
