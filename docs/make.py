@@ -13,11 +13,9 @@ from pathlib import Path
 import cv2
 
 from rotorpong.drone import HOVER
-from rotorpong.lab.seeds import trial_generators
-from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec
+from rotorpong.lab.trial import new_drone, stage_of
 from rotorpong.physics.camera import ARDRONE2_720P, ideal
-from rotorpong.world.simulated_drone import SimulatedDrone
 
 DOCS = Path(__file__).resolve().parent
 TRIAL, FRAME = 3, 16  # a serve with the ball well in view, and when
@@ -108,11 +106,7 @@ def draw_onboard(path: Path) -> None:
     Without the sensor's noise, which makes a picture file four times as large.
     """
     spec = Spec(camera=ideal(ARDRONE2_720P), seed=1)
-    generators = trial_generators(spec.seed, "evaluate", TRIAL)
-    serve = serve_source(spec.serves, spec.seed)(TRIAL, generators.serve)
-    drone = SimulatedDrone(
-        serve, spec.setting(), vehicle_rng=generators.vehicle, sensor_rng=generators.sensors
-    )
+    drone = new_drone(stage_of(spec), TRIAL)
     for _ in range(FRAME):
         observation = drone.observe()
         drone.command(HOVER)

@@ -14,6 +14,7 @@ import pytest
 import rotorpong
 from rotorpong.cli import entry as cli
 from rotorpong.conventions import InputError
+from rotorpong.lab import workers as workers_module
 from rotorpong.lab.spec import Spec
 from rotorpong.lab.train import train
 
@@ -277,9 +278,10 @@ def test_a_file_that_changed_since_the_experience_is_told_and_one_that_moved_is_
     assert ask(capfd, *line.split(), "serve.csv")[2] == said
 
 
-def test_what_a_players_own_code_prints_or_leaves_does_not_spoil_the_json(here, capfd):
+def test_what_a_players_own_code_prints_or_leaves_does_not_spoil_the_json(here, capfd, monkeypatch):
     (here / "own.py").write_text(PLAYER.format("print('look at me'); raise SystemExit(0)"))
     line = ["evaluate", "--player", "own.py:Own", "--balls", "11", "--json"]
+    monkeypatch.setattr(workers_module, "cores", lambda: 2)
     for workers in ("1", "2"):
         status, out, err = ask(capfd, *line, "--workers", workers)
         assert status == 0
@@ -288,12 +290,31 @@ def test_what_a_players_own_code_prints_or_leaves_does_not_spoil_the_json(here, 
         assert err.count("look at me") == 11
 
 
-def test_a_worker_that_dies_is_one_line(here, capfd):
+def test_a_worker_that_dies_is_one_line(here, capfd, monkeypatch):
+    monkeypatch.setattr(workers_module, "cores", lambda: 2)
     (here / "own.py").write_text("import os\n" + PLAYER.format("os._exit(1)"))
     line = ["evaluate", "--player", "own.py:Own", "--balls", "11", "--workers", "2", "--json"]
     status, out, err = ask(capfd, *line)
     assert (status, out) == (2, "")
     assert err == "rotorpong: a worker process died, for want of memory or killed\n"
+
+
+def test_more_workers_than_cores_are_not_started(here, capfd, monkeypatch):
+    monkeypatch.setattr(workers_module, "cores", lambda: 1)
+    line = ["evaluate", "--player", "hover", "--balls", "11", "--workers", "1000", "--json"]
+    status, out, err = ask(capfd, *line)
+    assert (status, err) == (0, "rotorpong: 1000 workers asked for, 1 cores available: 1 play\n")
+    assert is_one_line_of_json(out)
+
+
+def test_a_player_that_cannot_be_loaded_in_a_worker_is_one_line(here, capfd, monkeypatch):
+    monkeypatch.setattr(workers_module, "cores", lambda: 2)
+    only_here = f"import os\nassert os.getpid() == {os.getpid()}, 'elsewhere'\n"
+    (here / "own.py").write_text(only_here + PLAYER.format("pass"))
+    line = ["evaluate", "--player", "own.py:Own", "--balls", "11", "--workers", "2", "--json"]
+    status, out, err = ask(capfd, *line)
+    assert (status, out) == (2, "")
+    assert err == "rotorpong: player 'own.py:Own': AssertionError: elsewhere\n"
 
 
 def test_errors_of_several_lines_become_one(capfd, monkeypatch):

@@ -190,7 +190,9 @@ def test_a_file_of_a_run_may_be_renamed_but_not_changed(tmp_path):
     assert train(moved, 1, run, resume=True) == short
     before = rows(run)
     write_camera(Path(moved.camera), 380)
-    with pytest.raises(StoreError, match=r"another run: camera is a file with sha256 .*, given a f"):
+    with pytest.raises(
+        StoreError, match=r"another run: camera is a file with sha256 .*, given a f"
+    ):
         train(moved, 1, run, resume=True)
     write_camera(Path(moved.camera), 370)
     write_serves(Path(moved.serves), [serve, serve])

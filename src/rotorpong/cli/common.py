@@ -68,6 +68,15 @@ def knowledge_of(spec: Any, experience: Path | None) -> Any:
     return knowledge
 
 
+def within_cores(workers: int) -> int:
+    """Return how many workers the cores can feed, saying so where that is fewer than asked for."""
+    from rotorpong.lab.workers import cores
+
+    if workers > cores():
+        say(f"{workers} workers asked for, {cores()} cores available: {cores()} play")
+    return min(workers, cores())
+
+
 def compile_kernels() -> None:
     """Compile what is not compiled yet, saying so once."""
     from rotorpong.kernels import CACHE_FOLDER

@@ -16,6 +16,7 @@ from rotorpong.cli.common import (
     progress_bar,
     say,
     show,
+    within_cores,
 )
 
 
@@ -81,7 +82,7 @@ class Evaluate(Varied):
     blackout: FlagCreatePairsOff[bool] = False
     """Make every frame black."""
     workers: int = 1
-    """Processes; the results do not depend on it."""
+    """Processes, at most one for each core; the results do not depend on it."""
 
     def run(self) -> dict[str, Any]:
         """Evaluate."""
@@ -99,7 +100,7 @@ class Evaluate(Varied):
                 spec,
                 self.balls,
                 knowledge=known,
-                workers=self.workers,
+                workers=within_cores(self.workers),
                 progress=named(advance, "balls"),
             )
         result = summary(spec, results)

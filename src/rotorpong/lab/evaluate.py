@@ -15,10 +15,9 @@ from rotorpong.experience import Demonstration, Trial, shipped_demonstrations
 from rotorpong.lab.demonstrate import Progress, lessons_of
 from rotorpong.lab.oracle import Gate, Oracle
 from rotorpong.lab.reachable import is_reachable
-from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec, own_player
 from rotorpong.lab.statistics import rate, wilson_interval
-from rotorpong.lab.trial import Controls, Stage, new_drone, play_trial
+from rotorpong.lab.trial import Controls, new_drone, play_trial, stage_of
 from rotorpong.lab.workers import in_workers
 from rotorpong.play.hover import Hover
 from rotorpong.play.paper import PaperPlayer
@@ -40,7 +39,7 @@ class Result:
 
     index: int
     outcome: Outcome
-    miss_distance: float  # m
+    miss_distance: float | None  # m, 0 for a hit; None: the player broke off
     time_error: float | None  # s
     landing_x: float | None  # m
     reachable: bool = field(kw_only=True)  # by anybody
@@ -88,7 +87,9 @@ def evaluate(
 def summary(spec: Spec, results: Sequence[Result]) -> dict[str, Any]:
     """Return what `evaluate --json` prints."""
     balls, outcomes = len(results), [result.outcome for result in results]
-    misses = [result.miss_distance for result in results if result.outcome != "hit"]
+    misses = [
+        r.miss_distance for r in results if r.outcome != "hit" and r.miss_distance is not None
+    ]
     hits = outcomes.count("hit")
     within = [result for result in results if result.reachable]
     hits_within = sum(result.outcome == "hit" for result in within)
@@ -153,8 +154,7 @@ class _Table:
             spec: what is played.
             ours: a player that keeps nothing from serve to serve; None: the user's own.
         """
-        source = serve_source(spec.serves, spec.seed)
-        self._stage = Stage(spec, spec.setting(), source, "evaluate")
+        self._stage = stage_of(spec)
         self._player = own_player(spec.player) if ours is None else lambda: ours
 
     def play(self, chunk: range) -> list[Result]:
@@ -163,13 +163,13 @@ class _Table:
     def _result(self, index: int) -> Result:
         player = self._player()
         watch = Gate if self._stage.spec.player == "oracle" else Controls
-        truth = play_trial(self._stage, index, player, watch=watch).truth
+        played = play_trial(self._stage, index, player, watch=watch)
         return Result(
             index,
-            truth.verdict.outcome,
-            truth.miss_distance,
-            truth.time_error,
-            truth.landing_x,
+            played.outcome,
+            played.miss_distance,
+            played.time_error,
+            played.truth.landing_x,
             reachable=is_reachable(new_drone(self._stage, index)),
         )
 

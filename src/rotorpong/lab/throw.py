@@ -28,9 +28,8 @@ from rotorpong.lab.report.cinema import (
     contact_sheet,
     shot,
 )
-from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec, own_player, require_count
-from rotorpong.lab.trial import Stage
+from rotorpong.lab.trial import stage_of
 from rotorpong.vision.pictures import hush_codecs, read_pictures
 
 Progress = Callable[[int, int], None]
@@ -69,7 +68,7 @@ def throw(
             out of range.
     """
     check(index, out, slow)
-    stage = Stage(spec, spec.setting(), serve_source(spec.serves, spec.seed), "evaluate")
+    stage = stage_of(spec)
     take = play_again(stage, index, _player(spec, knowledge))
     scenery = Scenery(stage, take)
     tell = progress or (lambda done, total: None)
@@ -77,7 +76,7 @@ def throw(
         frames = _WRITERS[out.suffix.lower()](path, scenery, slow, tell)
     return {
         "outcome": take.played.outcome,
-        "miss_distance_m": take.played.truth.miss_distance,
+        "miss_distance_m": take.played.miss_distance,
         "frames": frames,
         "out": str(out),
     }
