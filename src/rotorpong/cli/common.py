@@ -15,7 +15,7 @@ class Common:
     """What every command takes."""
 
     seed: int = 0
-    """Same seed, same serves."""
+    """Same seed, same serves and same noise."""
     json: FlagCreatePairsOff[bool] = False
     """Print one JSON object on stdout and nothing else."""
 

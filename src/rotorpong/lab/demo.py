@@ -17,13 +17,13 @@ from threading import Event
 from typing import Any
 
 from rich.table import Table
-from scipy.stats import binomtest
 
 from rotorpong import __version__
 from rotorpong.conventions import RotorpongError, require_seed
 from rotorpong.drone import Player
 from rotorpong.experience import Demonstration
 from rotorpong.experience.shipped import write_demonstrations
+from rotorpong.lab.comparison import paired
 from rotorpong.lab.demo_files import (
     DEMONSTRATIONS,
     EXPERIENCE,
@@ -261,11 +261,8 @@ def _standing(who: _Who, spec: Spec, results: Sequence[Result]) -> dict[str, Any
 
 def _comparison(before: Sequence[Result], after: Sequence[Result]) -> dict[str, Any]:
     """Return on how many of the same balls training changed hit or miss (McNemar's exact test)."""
-    pairs = [(a.outcome == "hit", b.outcome == "hit") for a, b in zip(before, after, strict=True)]
-    won, lost = pairs.count((False, True)), pairs.count((True, False))
-    changed = won + lost
-    chance = float(binomtest(won, changed).pvalue) if changed else 1.0
-    return {"won": won, "lost": lost, "p_value": chance}
+    old, new = ([result.outcome == "hit" for result in results] for results in (before, after))
+    return paired(new, old)
 
 
 def _to_show(stage: Stage, player: Player, results: Sequence[Result]) -> Take:

@@ -6,10 +6,12 @@ Trials share nothing, so any number of workers gives the same results in the sam
 from collections.abc import Generator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from rotorpong import __version__
 from rotorpong.drone import Outcome, Player
 from rotorpong.experience import Demonstration, Trial, shipped_demonstrations
 from rotorpong.lab.demonstrate import Progress, lessons_of
@@ -84,15 +86,8 @@ def evaluate(
     return tuple(results)
 
 
-def summary(spec: Spec, results: Sequence[Result]) -> dict[str, Any]:
-    """Return what `evaluate --json` prints."""
-    balls, outcomes = len(results), [result.outcome for result in results]
-    misses = [
-        r.miss_distance for r in results if r.outcome != "hit" and r.miss_distance is not None
-    ]
-    hits = outcomes.count("hit")
-    within = [result for result in results if result.reachable]
-    hits_within = sum(result.outcome == "hit" for result in within)
+def header(spec: Spec, balls: int, experience: Path | None = None) -> dict[str, Any]:
+    """Return what an evaluation's JSON says before anything is played: what is evaluated."""
     return {
         "player": spec.player,
         "eyes": spec.eyes,
@@ -102,14 +97,40 @@ def summary(spec: Spec, results: Sequence[Result]) -> dict[str, Any]:
         "racket": spec.racket,
         "blackout": spec.blackout,
         "randomize": spec.randomize,
+        "experience": None if experience is None else str(experience),
+        "contents": spec.contents(),
+        "version": __version__,
         "balls": balls,
         "seed": spec.seed,
+    }
+
+
+def summary(
+    spec: Spec, results: Sequence[Result], head: dict[str, Any] | None = None
+) -> dict[str, Any]:
+    """Return what `evaluate --json` prints, comparisons apart.
+
+    Args:
+        spec: what was played.
+        results: of all balls.
+        head: what `header` said before the first of them; None: says it now.
+    """
+    balls, outcomes = len(results), [result.outcome for result in results]
+    misses = [
+        r.miss_distance for r in results if r.outcome != "hit" and r.miss_distance is not None
+    ]
+    hits = outcomes.count("hit")
+    within = [result for result in results if result.reachable]
+    hits_within = sum(result.outcome == "hit" for result in within)
+    return {
+        **(head or header(spec, balls)),
         "hits": hits,
         "hit_rate": rate(hits, balls),
         "hit_rate_interval": wilson_interval(hits, balls),
         "reachable": len(within),
         "hits_of_reachable": hits_within,
         "hit_rate_of_reachable": rate(hits_within, len(within)),
+        "hit_rate_of_reachable_interval": wilson_interval(hits_within, len(within)),
         "near_hits": outcomes.count("near_hit"),
         "returned": sum(result.landing_x is not None for result in results),
         "miss_distance_median_m": float(np.median(misses)) if misses else None,
