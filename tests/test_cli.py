@@ -299,6 +299,29 @@ def test_a_worker_that_dies_is_one_line(here, capfd, monkeypatch):
     assert err == "rotorpong: a worker process died, for want of memory or killed\n"
 
 
+def test_an_evaluation_is_compared_with_others_of_the_same_balls(here, capfd):
+    """Hover against itself is a draw; with the oracle beside it, hover's skill is 0."""
+    for player in ("hover", "oracle"):
+        line = f"evaluate --player {player} --eyes truth --balls 4 --json"
+        (here / f"{player}.json").write_text(ask(capfd, *line.split())[1])
+    line = "evaluate --player hover --eyes truth --balls 4 --against hover.json oracle.json"
+    told = json.loads(ask(capfd, *line.split(), "--json")[1])
+    assert [(one["file"], one["lost"] > 0) for one in told["against"]] == [
+        ("hover.json", False),
+        ("oracle.json", True),
+    ]
+    assert told["skill"] == 0.0
+    shown = ask(capfd, *line.split())[1]
+    assert "0 won, 0 lost, p = 1" in shown
+    assert "skill" in shown
+    for bad, said in (
+        ("--seed 1", "hover.json: seed 0, here 1; expected the same balls"),
+        ("--against text", "text: is no JSON; expected what"),
+        ("--against", "argument"),
+    ):
+        assert said in complaint(capfd, f"{line} {bad}", here)
+
+
 def test_more_workers_than_cores_are_not_started(here, capfd, monkeypatch):
     monkeypatch.setattr(workers_module, "cores", lambda: 1)
     line = ["evaluate", "--player", "hover", "--balls", "11", "--workers", "1000", "--json"]
@@ -389,10 +412,12 @@ def test_a_reader_may_leave_early():
 
 
 @pytest.mark.parametrize("kept", [(), ("--workers", "2")])
-def test_ctrl_c_is_status_130_and_one_line(kept):
-    line = ["evaluate", "--player", "hover", "--balls", "100000", "--json"]
+def test_ctrl_c_is_status_130_and_one_line(here, kept):
+    (here / "own.py").write_text(PLAYER.format("open('playing', 'w').close()"))
+    line = ["evaluate", "--player", "own.py:Own", "--balls", "100000", "--json"]
     process = shell(*line, *kept, start_new_session=True)
-    time.sleep(3.0)  # any moment after the first imports will do
+    while not (here / "playing").exists() and process.poll() is None:
+        time.sleep(0.05)
     os.killpg(process.pid, signal.SIGINT)
     out, err = process.communicate(timeout=60)
     assert (process.returncode, out, err) == (130, "", "rotorpong: interrupted\n")
