@@ -4,7 +4,7 @@ State only, one thread. The ball is a free sphere in an ellipsoid fluid whose co
 drag of rotorpong's ball; the drone a free body with velocity actuators on a planar cascade of
 slides, so that it holds a commanded velocity as a velocity loop would. MuJoCo has neither delays
 nor noise nor a 30 Hz command clock here, and its contact law has no restitution: it does less work
-than what it is compared with.
+than what it is compared with. As many serves fly at once as a rollout has states, here and there.
 """
 
 import functools
@@ -13,19 +13,18 @@ from typing import Any
 import numpy as np
 
 from rotorpong.conventions import BALL_RADIUS
-from rotorpong.drone import HOVER
 from rotorpong.lab.bench.ball_rows import FLIGHT, some_balls
 from rotorpong.lab.bench.rows import Row
-from rotorpong.lab.bench.timing import cpu_seconds
+from rotorpong.lab.bench.timing import REPETITIONS, WARM_UPS, cpu_seconds
 from rotorpong.lab.seeds import trial_generators
 from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec
 from rotorpong.physics.ball import Air, fly
-from rotorpong.world.simulated_drone import SimulatedDrone
+from rotorpong.world.batch import STATE, Cast, ServeBatch
+from rotorpong.world.solids import TICK
 
 NAME = "mujoco-core, rollout"
 BLUNT = 0.268  # fluid coefficient that gives a drag of 0.15 /m
-STEP = 0.001  # s, the clock of rotorpong's world
 BATCH = 32  # states in one call
 
 BALL = f"""
@@ -60,10 +59,18 @@ def rows(*, quick: bool = False) -> tuple[Row, ...]:
     )
     ours, seconds = _our_serves(quick=quick)
     theirs = _mujoco(COURT + DRONE + BALL, seconds, "Euler", quick=quick)
-    steps = theirs * seconds / STEP
+    steps = theirs * seconds / TICK
     return (
         flights,
-        Row("state-only serves, one by one", ours, "serves/s", None, "more", NAME, ours / theirs),
+        Row(
+            f"state-only serves, {BATCH} at once",
+            ours,
+            "serves/s",
+            None,
+            "more",
+            NAME,
+            ours / theirs,
+        ),
         Row("the peer's steps of ball, drone and court, Euler 1 ms", steps, "steps/s"),
     )
 
@@ -75,24 +82,28 @@ def _our_flights(*, quick: bool) -> float:
 
 def _our_serves(*, quick: bool) -> tuple[float, float]:
     """Return serves at a hovering drone per second, and how long such a serve lasts, s."""
-    spec, count = Spec("hover"), 5 if quick else 20
+    spec = Spec("hover")
     source, setting = serve_source(spec.serves, spec.seed), spec.setting()
-    generators = [trial_generators(spec.seed, "evaluate", index) for index in range(count)]
-    serves = [source(index, generators[index].serve) for index in range(count)]
-    durations: list[float] = []
+    hover = np.zeros((BATCH, 4))
+
+    def casts() -> list[Cast]:
+        trials = [trial_generators(spec.seed, "evaluate", index) for index in range(BATCH)]
+        return [
+            Cast(source(index, drawn.serve), drawn.vehicle, drawn.sensors)
+            for index, drawn in enumerate(trials)
+        ]
 
     def work() -> None:
-        for serve, drawn in zip(serves, generators, strict=True):
-            drone = SimulatedDrone(
-                serve, setting, vehicle_rng=drawn.vehicle, sensor_rng=drawn.sensors
-            )
-            while (seen := drone.observe()) is not None:
-                drone.command(HOVER)
-                duration = seen.arrival_time
-            durations.append(duration)
+        batch.restart(range(BATCH), fresh.pop())
+        while not batch.over.all():
+            batch.advance()
+            batch.command(hover)
 
+    batch = ServeBatch(setting, casts())
+    fresh = [casts() for _ in range(WARM_UPS + REPETITIONS)]
     seconds = cpu_seconds(work, quick=quick)
-    return count / seconds, float(np.mean(durations))
+    durations = batch.states()[:, STATE.index("time_s")]
+    return BATCH / seconds, float(np.mean(durations))
 
 
 def _mujoco(bodies: str, duration: float, integrator: str, *, quick: bool) -> float:
@@ -107,7 +118,7 @@ def _mujoco(bodies: str, duration: float, integrator: str, *, quick: bool) -> fl
     data.qvel[-6:-3] = (-7.0, 0.0, 1.5)
     mujoco.mj_getState(model, data, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
     states = np.tile(state, (BATCH, 1))
-    steps = round(duration / STEP)
+    steps = round(duration / TICK)
     with rollout.Rollout(nthread=0) as runner:
         work = functools.partial(runner.rollout, model, [data], states, nstep=steps)
         return BATCH / cpu_seconds(work, quick=quick)
@@ -117,6 +128,6 @@ def _model(mujoco: Any, bodies: str, integrator: str) -> Any:
     motors = MOTORS if "drone" in bodies else ""
     return mujoco.MjModel.from_xml_string(f"""
     <mujoco>
-      <option integrator="{integrator}" timestep="{STEP}" density="1.2"/>
+      <option integrator="{integrator}" timestep="{TICK}" density="1.2"/>
       <worldbody>{bodies}</worldbody><actuator>{motors}</actuator>
     </mujoco>""")

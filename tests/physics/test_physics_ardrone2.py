@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
+from vehicle_flights import FORWARD, HOME, LEFT, UP, YAW, body_axes, command, flight, rng
 
 from rotorpong.conventions import InputError
 from rotorpong.physics.ardrone2 import (
@@ -23,28 +24,14 @@ from rotorpong.physics.vehicle import SCALED_NOISE, TICK, Vehicle
 QUIET = replace(ARDRONE2_NOISE, velocity_white=0.0, velocity_bias=0.0)
 CALM = ArDrone2(noise=QUIET)
 RAW = replace(ARDRONE2_RAW, noise=QUIET)
-FORWARD, LEFT, UP, YAW = range(4)
-HOME = np.array([-1.9, 0.0, 0.2])
-
-
-def rng(seed=0):
-    return np.random.default_rng(seed)
 
 
 def at_rest(drone=CALM, seed=0):
     return drone.start(HOME, rng(seed))
 
 
-def command(axis=FORWARD, size=0.0):
-    return np.eye(4)[axis] * size
-
-
 def step(drone, axis, size, ticks=1000):
     return drone.advance(at_rest(drone), command(axis, size), ticks=ticks, new_command=True)[1]
-
-
-def body_axes(quaternion):
-    return Rotation.from_quat(quaternion, scalar_first=True)
 
 
 def tilted(degrees, dead_time, **constants):
@@ -52,20 +39,6 @@ def tilted(degrees, dead_time, **constants):
     airframe = NOMINAL_AIRFRAME._replace(dead_time=dead_time, battery_sag=0.0, **constants)
     settings = FACTORY_SETTINGS._replace(tilt_limit=float(np.radians(degrees)))
     return replace(RAW, constants=airframe, settings=settings)
-
-
-def flight(drone, state, portions, orders):
-    """Send one order for each group of portions; return the last state and all tracks."""
-    tracks = []
-    for group, order in zip(portions, orders, strict=True):
-        for i, ticks in enumerate(group):
-            state, track = drone.advance(state, order, ticks=ticks, new_command=i == 0)
-            tracks.append(track)
-    return state, tracks
-
-
-def joined(tracks, name):
-    return np.concatenate([np.moveaxis(getattr(track, name), -2, 0)[1:] for track in tracks])
 
 
 # The reach measured in the design's facts (drone, 1a), in metres at 0.4, 0.5, 0.6, 0.7, 0.8, 1.0 s.
@@ -263,39 +236,6 @@ def test_left_mirrors_right_and_forward_is_like_left():
 def test_a_calm_drone_told_to_hover_stays():
     track = step(CALM, FORWARD, 0.0)
     assert np.array_equal(track.position, np.broadcast_to(HOME, (1001, 3)))
-
-
-@pytest.mark.parametrize("drone", [ARDRONE2, ARDRONE2_RAW, ARDRONE2.randomized(rng(9))])
-def test_the_portions_of_a_flight_do_not_change_a_bit_of_it(drone):
-    orders = rng(5).uniform(-1, 1, (12, 4))
-    whole, path = flight(drone, at_rest(drone, 4), [[33]] * 12, orders)
-    split, pieces = flight(drone, at_rest(drone, 4), [[10, 0, 1, 3, 19]] * 12, orders)
-    for name in ("position", "velocity", "quaternion", "body_rates", "acceleration"):
-        assert np.array_equal(joined(path, name), joined(pieces, name))
-    assert np.array_equal(joined(path, "seen_velocity"), joined(pieces, "seen_velocity"))
-    for name in ("motion", "memory", "counters"):
-        assert np.array_equal(getattr(whole, name), getattr(split, name))
-
-
-def test_a_batch_flies_as_its_vehicles_alone_bit_for_bit():
-    orders = rng(6).uniform(-2, 2, (9, 4, 4))
-    together = ARDRONE2.start(rng(2).normal(size=(4, 3)), rng(3))
-    batch, paths = flight(ARDRONE2, together, [[33]] * 9, orders)
-    for i in range(4):
-        fields = ("motion", "memory", "counters", "keys")
-        alone = replace(together, **{f: np.asarray(getattr(together, f)[i]) for f in fields})
-        single, path = flight(ARDRONE2, alone, [[33]] * 9, orders[:, i])
-        assert np.array_equal(batch.memory[i], single.memory)
-        for name in ("position", "seen_velocity"):
-            assert np.array_equal(joined(paths, name)[:, i], joined(path, name))
-
-
-def test_advance_leaves_its_state_as_it_was():
-    state = at_rest(ARDRONE2)
-    before = (state.motion.copy(), state.memory.copy(), state.counters.copy())
-    ARDRONE2.advance(state, command(FORWARD, 1.0), ticks=150, new_command=True)
-    for was, now in zip(before, (state.motion, state.memory, state.counters), strict=True):
-        assert np.array_equal(was, now)
 
 
 def test_without_a_message_the_last_command_stays_in_force():

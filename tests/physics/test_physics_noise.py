@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
+from noise_samples import normal_samples, slow_samples
 from scipy import stats
 
 from rotorpong.physics._noise_kernels import uniform
-from rotorpong.physics.noise import draw_keys, normal_samples, slow_samples
+from rotorpong.physics.noise import draw_keys
 
 
 def splitmix64(seed, count):

@@ -1,53 +1,34 @@
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.spatial.transform import Rotation
+from vehicle_flights import FORWARD, HOME, LEFT, UP, YAW, body_axes, command, flight, joined, rng
 
 from rotorpong.conventions import InputError
+from rotorpong.physics.ardrone2 import ARDRONE2, ARDRONE2_RAW
 from rotorpong.physics.vehicle import (
     NOISE_FREE_CASCADE,
     TICK,
     TUM_GAZEBO,
     TUM_RANGES,
     Cascade,
+    Legs,
     TumGazebo,
     Vehicle,
+    VehicleState,
+    rows_flown_by,
 )
 
 CALM = TumGazebo(NOISE_FREE_CASCADE)
-FORWARD, LEFT, UP, YAW = range(4)
-
-
-def rng(seed=0):
-    return np.random.default_rng(seed)
 
 
 def at_rest(drone=CALM, seed=0):
-    return drone.start(np.array([-1.9, 0.0, 0.2]), rng(seed))
-
-
-def command(axis=FORWARD, size=0.0):
-    return np.eye(4)[axis] * size
+    return drone.start(HOME, rng(seed))
 
 
 def step(axis, size, ticks=1000):
     return CALM.advance(at_rest(), command(axis, size), ticks=ticks, new_command=True)[1]
-
-
-def body_axes(quaternion):
-    return Rotation.from_quat(quaternion, scalar_first=True)
-
-
-def noisy_flight(drone, state, portions, orders):
-    """Send one order for each group of portions; return the last state and all instants."""
-    points = [state.motion]
-    for group, order in zip(portions, orders, strict=True):
-        for i, ticks in enumerate(group):
-            state, track = drone.advance(state, order, ticks=ticks, new_command=i == 0)
-            points.extend(np.moveaxis(track.position, -2, 0)[1:])
-    return state, points[1:]
 
 
 # The replica measured in the design's facts (drone, 1b), which rests on the plugin's source.
@@ -195,7 +176,7 @@ def test_a_calm_drone_told_to_hover_stays():
 def test_noise_shakes_a_hovering_drone_without_carrying_it_off():
     start = TUM_GAZEBO.start(np.zeros((40, 3)), rng(1))
     orders = [np.zeros((40, 4))] * 30
-    state, _ = noisy_flight(TUM_GAZEBO, start, [[33]] * 30, orders)
+    state, _ = flight(TUM_GAZEBO, start, [[33]] * 30, orders)
     assert 0.002 < state.position[:, :2].std() < 0.2
     mean = state.position.mean(axis=0)
     assert np.all(np.abs(mean) < 4 * state.position.std(axis=0) / np.sqrt(40))  # 4 sigma
@@ -227,36 +208,6 @@ def test_commands_beyond_the_limits_act_like_the_limits():
     beyond, _ = CALM.advance(at_rest(), np.full(4, 9.0), ticks=300, new_command=True)
     within, _ = CALM.advance(at_rest(), CALM.limits, ticks=300, new_command=True)
     assert np.array_equal(beyond.motion, within.motion)
-
-
-def test_the_portions_of_a_flight_do_not_change_a_bit_of_it():
-    orders = rng(5).uniform(-1, 1, (9, 4))
-    start = at_rest(TUM_GAZEBO, seed=4)
-    whole, path = noisy_flight(TUM_GAZEBO, start, [[33]] * 9, orders)
-    split, pieces = noisy_flight(TUM_GAZEBO, start, [[10, 0, 1, 22]] * 9, orders)
-    assert np.array_equal(path, pieces)
-    for name in ("motion", "memory", "counters"):
-        assert np.array_equal(getattr(whole, name), getattr(split, name))
-
-
-def test_a_batch_flies_as_its_vehicles_alone_bit_for_bit():
-    orders = rng(6).uniform(-1, 1, (5, 4, 4))
-    together = TUM_GAZEBO.start(rng(2).normal(size=(4, 3)), rng(3))
-    batch, paths = noisy_flight(TUM_GAZEBO, together, [[33]] * 5, orders)
-    for i in range(4):
-        fields = ("motion", "memory", "counters", "keys")
-        alone = replace(together, **{f: np.asarray(getattr(together, f)[i]) for f in fields})
-        single, path = noisy_flight(TUM_GAZEBO, alone, [[33]] * 5, orders[:, i])
-        assert np.array_equal(batch.motion[i], single.motion)
-        assert np.array_equal([point[i] for point in paths], path)
-
-
-def test_advance_leaves_its_state_as_it_was():
-    state = at_rest(TUM_GAZEBO)
-    before = (state.motion.copy(), state.memory.copy(), state.counters.copy())
-    TUM_GAZEBO.advance(state, command(FORWARD, 1.0), ticks=33, new_command=True)
-    for was, now in zip(before, (state.motion, state.memory, state.counters), strict=True):
-        assert np.array_equal(was, now)
 
 
 def test_without_a_message_the_last_command_stays_in_force():
@@ -354,7 +305,36 @@ def test_a_flight_in_single_ticks_is_the_flight_in_one(sample_ticks):
     """Within a leg the cascade is not asked again while nothing changes: it must not matter."""
     drone = TumGazebo(TUM_GAZEBO.constants._replace(sample_ticks=sample_ticks))
     orders = rng(2).uniform(-2, 2, (6, 4))
-    whole, path = noisy_flight(drone, at_rest(drone), [[33]] * 6, orders)
-    single, steps = noisy_flight(drone, at_rest(drone), [[1] * 33] * 6, orders)
-    assert np.array_equal(path, steps)
+    whole, path = flight(drone, at_rest(drone), [[33]] * 6, orders)
+    single, steps = flight(drone, at_rest(drone), [[1] * 33] * 6, orders)
+    assert np.array_equal(joined(path, "position"), joined(steps, "position"))
     assert np.array_equal(whole.memory, single.memory)
+
+
+@pytest.mark.parametrize("drone", [TUM_GAZEBO, ARDRONE2, ARDRONE2_RAW], ids=lambda d: d.name)
+def test_rows_that_fly_legs_of_their_own_fly_as_each_would_alone(drone):
+    n, draw = 19, rng(7)
+    together, start = (drone.start(np.tile([0.0, 0.5, 1.0], (n, 1)), rng(3)) for _ in range(2))
+    alone = [
+        VehicleState(*(np.asarray(getattr(start, f.name)[i]) for f in fields(start)))
+        for i in range(n)
+    ]
+    poses, starts = np.full((n, 400, 7), np.nan), np.zeros(n, np.int64)
+    for _ in range(8):
+        flying = draw.permutation(n)[: draw.integers(1, n + 1)]
+        ticks = draw.integers(0, 45, n)
+        legs = Legs(draw.uniform(-1, 1, (n, 4)), draw.random(n) < 0.5, starts, ticks)
+        rows = flying[np.argsort(-ticks[flying])]
+        rows_flown_by(drone)(together, rows, legs, poses)
+        for row in rows:
+            alone[row], track = drone.advance(
+                alone[row],
+                legs.commands[row],
+                ticks=int(ticks[row]),
+                new_command=bool(legs.are_new[row]),
+            )
+            expected = np.column_stack([track.position, track.quaternion])
+            assert np.array_equal(poses[row, starts[row] :][: ticks[row] + 1], expected)
+        starts[rows] += ticks[rows]
+    for name in ("motion", "memory", "counters"):
+        assert np.array_equal(getattr(together, name), [getattr(one, name) for one in alone])

@@ -1,6 +1,6 @@
 """A batch of serves is its serves, bit for bit."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -217,3 +217,43 @@ def test_a_serve_that_is_not_over_has_no_truth_and_an_empty_batch_is_refused():
         batch.truth(1)
     with pytest.raises(InputError, match="at least 1"):
         ServeBatch(REAL, [])
+
+
+@dataclass(frozen=True)
+class Plain:
+    """A user's vehicle, which knows nothing of rows."""
+
+    limits = TUM_GAZEBO.limits
+    sensor_noise = TUM_GAZEBO.sensor_noise
+    name = "plain"
+
+    def start(self, position, generator):
+        return TUM_GAZEBO.start(position, generator)
+
+    def advance(self, state, command, *, ticks, new_command):
+        return TUM_GAZEBO.advance(state, command, ticks=ticks, new_command=new_command)
+
+
+def test_a_vehicle_that_flies_no_rows_plays_the_same_serves():
+    plain, _ = together(replace(REAL, vehicle=Plain()))
+    fast, _ = together(REAL)
+    for seed in range(N):
+        assert_same_truth(plain.truth(seed), fast.truth(seed))
+    assert np.array_equal(plain.states(), fast.states())
+
+
+RACER = TumGazebo(TUM_GAZEBO.constants._replace(horizontal_limit=20.0, tilt_limit=1.2))
+
+
+def test_what_was_not_looked_at_closely_could_not_have_mattered():
+    """Drones that rush to where balls were, or away; the truth looks at every tick."""
+    batch = ServeBatch(Setting(RACER, GAZEBO), casts())
+    rush = np.array([[15.0, 0.0, 0.1, 0.0], [-15.0, 4.0, 0.2, 0.0], [0.0, 15.0, 0.3, 1.0]])
+    while not batch.over.all():
+        batch.advance()
+        batch.command(np.resize(rush, (N, 4)))
+    judged = [batch.truth(row) for row in range(N)]
+    assert [truth.miss_distance for truth in judged] == batch.miss_distances.tolist()
+    late = [np.nan if t.time_error is None else t.time_error for t in judged]
+    assert np.array_equal(late, batch.time_errors, equal_nan=True)
+    assert max(np.ptp(truth.body_path, axis=0).max() for truth in judged) > 2.0

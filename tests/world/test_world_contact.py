@@ -690,3 +690,20 @@ def test_without_a_drone_there_is_nothing_to_touch_but_the_court():
     path, contacts = advance(thrown, 0.0, FAR_AWAY[:501], Solids())
     assert len(contacts) == 1
     assert np.array_equal(path, fly_over_court(thrown, 500, Solids()))
+
+
+def test_ticks_that_are_passed_over_hold_nothing_a_tick_by_itself_would_find():
+    throws, poses = random_throws(300, 400, np.random.default_rng(9))
+    paths, contacts = advance_many(throws, 0.0, poses, Solids())
+    states, found = throws, [()] * len(throws)
+    for i in range(poses.shape[1] - 1):
+        after, touches = advance_many(states, i * TICK, poses[:, i : i + 2], Solids())
+        states = after[:, 0]
+        found = [old + new for old, new in zip(found, touches, strict=True)]
+        calm = [len(touches) <= 60 for touches in found]  # the others jam: too many are kept
+        assert np.array_equal(states[calm], paths[calm, i])
+    assert sum(map(len, contacts)) > 300
+    for some, others in zip(contacts, found, strict=True):
+        if len(some) <= 60:
+            assert [c.solid for c in some] == [c.solid for c in others]
+            assert [c.time for c in some] == pytest.approx([c.time for c in others], abs=1e-12)

@@ -3,6 +3,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from noise_samples import normal_samples, slow_samples
 from scipy import stats
 from scipy.spatial.transform import Rotation
 
@@ -10,7 +11,6 @@ from rotorpong.conventions import InputError
 from rotorpong.drone import Navdata
 from rotorpong.geometry import euler_from_quaternion, rotation_from_quaternion
 from rotorpong.physics.ardrone2 import ARDRONE2
-from rotorpong.physics.noise import normal_samples, slow_samples
 from rotorpong.physics.vehicle import (
     NOISE_FREE_CASCADE,
     SCALED_NOISE,

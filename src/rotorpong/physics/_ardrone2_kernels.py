@@ -11,7 +11,7 @@ import math
 
 from rotorpong.kernels import kernel
 from rotorpong.physics._noise_kernels import normal
-from rotorpong.physics._vehicle_kernels import TICK, copy, record
+from rotorpong.physics._vehicle_kernels import TICK
 
 LOOP_TICKS = 5  # the loop runs on each navdata message, 200 Hz
 PERIOD = LOOP_TICKS * TICK
@@ -26,51 +26,94 @@ STREAM_LENGTH = 2**40
 
 
 @kernel
-def fly(profile, start, commands, span, outputs):
-    """Fly every row of the batch; fill `outputs` = (motion, memory, counters, six tracks)."""
-    airframe, settings, loop, noise, raw = profile
-    motions, memories, counters, keys = start
-    ticks, is_new = span
-    motion_out, memory_out, counter_out, position, velocity, quaternion, rates, pull, seen = outputs
-    tracks = (position, velocity, quaternion, rates, pull)
-    steps, decays = weights(airframe), model_decays(loop)
-    lag = round(airframe.velocity_delay / PERIOD)
-    for row in range(motions.shape[0]):
-        motion, memory, counter = motion_out[row], memory_out[row], counter_out[row]
-        copy(motions[row], motion)
-        copy(memories[row], memory)
-        counter[0], counter[1] = counters[row, 0], counters[row, 1]
-        key = keys[row]
-        bias_x = noise[1] * normal(key, BIAS_STREAM * STREAM_LENGTH)
-        bias_y = noise[1] * normal(key, BIAS_STREAM * STREAM_LENGTH + 1)
-        bias_z = noise[1] * normal(key, BIAS_STREAM * STREAM_LENGTH + 2)
-        if is_new:
+def fly(
+    profile, rows, motions, memories, counters, keys, commands, are_new, starts, ticks, poses, rest
+):
+    """Fly rows of a batch, in place.
+
+    Args:
+        profile: airframe, settings, loop, noise of the measured velocity, whether commands are raw.
+        rows: which.
+        motions: of the batch, a row each, as what follows.
+        memories: see above.
+        counters: see above.
+        keys: of the noise.
+        commands: as in `vehicle.Legs`, and what follows.
+        are_new: whether a message brought the command.
+        starts: instant of the tracks at which the leg begins.
+        ticks: of the leg.
+        poses: (n, :, 7) track of position and quaternion.
+        rest: (n, :, 12) of velocity, body rates, acceleration and what navdata see of the velocity;
+            (0, :, 12) if nobody asks for it.
+    """
+    airframe, _, loop, noise, _ = profile
+    decays = weights(airframe), model_decays(loop)
+    for m in range(rows.shape[0]):
+        row = rows[m]
+        memory, key = memories[row], keys[row]
+        first = BIAS_STREAM * STREAM_LENGTH
+        biases = (
+            noise[1] * normal(key, first),
+            noise[1] * normal(key, first + 1),
+            noise[1] * normal(key, first + 2),
+        )
+        if are_new[row]:
             copy(commands[row], memory[HELD:])
-            counter[1] += 1
-        thrust, heading = direction(motion), facing(memory[2])
-        since_loop = counter[0] % LOOP_TICKS
-        k = counter[0] // LOOP_TICKS
-        then = FLOWN + 3 * ((k - lag) % SLOTS)
-        for i in range(ticks + 1):
-            if i > 0:
-                if since_loop == 0:
-                    if raw:
-                        send_raw(memory, settings, k)
-                    else:
-                        measured = measure(memory, k - lag, k, key, noise[0])
-                        biased = (measured[0] + bias_x, measured[1] + bias_y, measured[2] + bias_z)
-                        control((loop, decays), settings, memory, k, biased)
-                thrust, heading = tick(airframe, motion, memory, counter, (steps, thrust, heading))
-                since_loop += 1
-            if since_loop % LOOP_TICKS == 0:
-                k, since_loop = counter[0] // LOOP_TICKS, 0
-                then = FLOWN + 3 * ((k - lag) % SLOTS)
-                here = FLOWN + 3 * (k % SLOTS)
-                for axis in range(3):
-                    memory[here + axis] = motion[3 + axis]
-            record(tracks, row, i, motion)
+            counters[row, 1] += 1
+        state = motions[row], memory, counters[row], key
+        leg = starts[row], ticks[row]
+        fly_row(profile, decays, row, state, biases, leg, (poses, rest))
+
+
+@kernel
+def fly_row(profile, decays, row, state, biases, leg, tracks):
+    """Fly one vehicle over its leg."""
+    airframe, settings, loop, noise, raw = profile
+    motion, memory, counter, key = state
+    steps, model = decays
+    start, ticks = leg
+    lag = round(airframe.velocity_delay / PERIOD)
+    thrust, heading = direction(motion), facing(memory[2])
+    since_loop, k = counter[0] % LOOP_TICKS, counter[0] // LOOP_TICKS
+    then = FLOWN + 3 * ((k - lag) % SLOTS)
+    for i in range(ticks + 1):
+        if i > 0:
+            if since_loop == 0:
+                if raw:
+                    send_raw(memory, settings, k)
+                else:
+                    measured = measure(memory, k - lag, k, key, noise[0], biases)
+                    control((loop, model), settings, memory, k, measured)
+            thrust, heading = tick(airframe, motion, memory, counter, (steps, thrust, heading))
+            since_loop += 1
+        if since_loop % LOOP_TICKS == 0:
+            k, since_loop = counter[0] // LOOP_TICKS, 0
+            then = FLOWN + 3 * ((k - lag) % SLOTS)
+            here = FLOWN + 3 * (k % SLOTS)
             for axis in range(3):
-                seen[row, i, axis] = memory[then + axis]
+                memory[here + axis] = motion[3 + axis]
+        record(tracks, row, start + i, motion, memory[then : then + 3])
+
+
+@kernel
+def record(tracks, row, i, motion, seen):
+    """Write instant i of a row into its tracks."""
+    poses, rest = tracks
+    for k in range(3):
+        poses[row, i, k] = motion[k]
+    for k in range(4):
+        poses[row, i, 3 + k] = motion[6 + k]
+    if rest.shape[0] > 0:
+        for k in range(3):
+            rest[row, i, k], rest[row, i, 3 + k] = motion[3 + k], motion[10 + k]
+            rest[row, i, 6 + k], rest[row, i, 9 + k] = motion[13 + k], seen[k]
+
+
+@kernel
+def copy(values, to):
+    """Copy a row."""
+    for i in range(values.shape[0]):
+        to[i] = values[i]
 
 
 @kernel
@@ -166,14 +209,14 @@ def turn(airframe, motion, memory, decays, heading):
 
 
 @kernel
-def measure(memory, index, k, key, white):
-    """Return the velocity of period `index` with the white noise of message k."""
+def measure(memory, index, k, key, white, biases):
+    """Return the velocity of period `index` with its bias and the white noise of message k."""
     then = FLOWN + 3 * (index % SLOTS)
     first = WHITE_STREAM * STREAM_LENGTH + 3 * k
     return (
-        memory[then] + white * normal(key, first),
-        memory[then + 1] + white * normal(key, first + 1),
-        memory[then + 2] + white * normal(key, first + 2),
+        memory[then] + white * normal(key, first) + biases[0],
+        memory[then + 1] + white * normal(key, first + 1) + biases[1],
+        memory[then + 2] + white * normal(key, first + 2) + biases[2],
     )
 
 

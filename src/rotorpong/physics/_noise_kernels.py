@@ -30,15 +30,6 @@ def normal(key, index):
 
 
 @kernel
-def normal_rows(key, first, rows):
-    """Fill `rows` (n, channels) with the numbers of samples first, first + 1, ..."""
-    n, channels = rows.shape
-    for i in range(n):
-        for j in range(channels):
-            rows[i, j] = normal(key, (first + i) * channels + j)
-
-
-@kernel
 def wander(key, decay, nodes):
     """Fill `nodes` (n, channels) with a stationary process of unit variance, from node 0 on.
 

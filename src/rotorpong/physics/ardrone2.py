@@ -57,6 +57,9 @@ from rotorpong.physics.constants import Range, drawn, require_constants
 from rotorpong.physics.noise import draw_keys
 from rotorpong.physics.vehicle import (
     HOVER_MOTION,
+    Legs,
+    Poses,
+    Rows,
     SensorNoise,
     Track,
     VehicleState,
@@ -64,6 +67,7 @@ from rotorpong.physics.vehicle import (
     check_command,
     drawn_noise,
     flown,
+    parts_of,
 )
 
 
@@ -143,6 +147,7 @@ POSSIBLE: Mapping[str, Range] = {
     "battery_sag": (0.0, 0.9),
 }
 
+NO_REST = np.empty((0, 1, 12))
 ARDRONE2_NOISE = SensorNoise(
     gyro_white=math.radians(0.1),
     gyro_bias=0.0,
@@ -218,9 +223,17 @@ class ArDrone2:
             InputError: a command is not finite, or not four numbers for each vehicle.
         """
         check_command(command, (*state.motion.shape[:-1], 4))
+        return flown(fly, self._profile, state, command, span=(ticks, new_command), sees_late=True)
+
+    def advance_rows(self, state: VehicleState, rows: Rows, legs: Legs, poses: Poses) -> None:
+        """Fly some rows of a batch on; see `vehicle.BatchVehicle`."""
+        fly(self._profile, rows, *parts_of(state), *legs, poses, NO_REST)
+
+    @property
+    def _profile(self) -> tuple[Airframe, Settings, VelocityLoop, tuple[float, float], bool]:
+        """Return all constants as the kernel takes them."""
         noise = (self.noise.velocity_white, self.noise.velocity_bias)
-        profile = (self.constants, self.settings, self.loop, noise, self.raw)
-        return flown(fly, profile, state, command, span=(ticks, new_command), sees_late=True)
+        return self.constants, self.settings, self.loop, noise, self.raw
 
 
 ARDRONE2 = ArDrone2()

@@ -31,60 +31,27 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
-from jaxtyping import Float, Int64
+from jaxtyping import Bool, Float, Int64
 from numpy import ndarray
 
 from rotorpong.conventions import InputError, Quaternion, Vector3
+from rotorpong.physics._vehicle_kernels import MEMORY_SIZE, fly
 from rotorpong.physics._vehicle_kernels import TICK as TICK
-from rotorpong.physics._vehicle_kernels import fly
+from rotorpong.physics.cascade import NOISE_FREE_CASCADE as NOISE_FREE_CASCADE
+from rotorpong.physics.cascade import TUM_CASCADE as TUM_CASCADE
+from rotorpong.physics.cascade import Cascade as Cascade
 from rotorpong.physics.constants import Range, drawn, require_constants
 from rotorpong.physics.noise import Keys, draw_keys
 
 VelocityArray = Float[ndarray, "*batch 4"]  # forward, left, up in m/s, yaw rate in rad/s
 
+Rows = Int64[ndarray, "rows"]
+Poses = Float[ndarray, "n instants 7"]  # position, quaternion
+
+NO_REST = np.empty((0, 1, 9))
 HOVER_MOTION = np.array([0.0] * 6 + [1.0] + [0.0] * 9)
-MEMORY_SIZE = 22
 
 
-class Cascade(NamedTuple):
-    """Constants of the rigid body and its loops, all floats.
-
-    Sources: `simple` = quadrotor_simple_controller and its xacro, `imu` = gazebo_ros_imu and
-    quadrotor_sensors.urdf.xacro, `base` = quadrotor_base.urdf.xacro of tum_simulator.
-
-    The attitude noise is what `imu` means: an accelerometer error e tilts gravity g by e / g, 2
-    degrees of white noise. As written, the plugin turns by the square of that angle (it scales the
-    cross product g x e, itself of size g e, by half the angle): 0.2 degrees rms of both axes, see
-    the row of `lab.bench.vehicle_rows`. The design decides for the 2 degrees, which a player must
-    then filter with the gyro; `TUM_RANGES` reaches from one to the other.
-    """
-
-    mass: float = 1.477  # kg, base
-    inertia_x: float = 0.01152  # kg m^2, base
-    inertia_y: float = 0.01152
-    inertia_z: float = 0.0218
-    gravity: float = 9.8  # m/s^2, Gazebo's
-    thrust_limit: float = 30.0  # N, simple
-    horizontal_p: float = 5.0  # 1/s, simple, as all loops below
-    horizontal_d: float = 1.0
-    horizontal_limit: float = 2.0  # m/s
-    vertical_p: float = 5.0  # 1/s
-    vertical_d: float = 1.0
-    vertical_limit: float = 0.5  # m/s
-    tilt_p: float = 10.0  # 1/s^2
-    tilt_d: float = 5.0  # 1/s
-    tilt_limit: float = 0.5  # rad
-    yaw_p: float = 2.0  # 1/s
-    yaw_d: float = 1.0
-    yaw_limit: float = 1.5  # rad/s
-    sample_ticks: float = 10.0  # state and imu at 100 Hz
-    attitude_noise: float = 0.35 / 9.8  # rad, white in each sample: accelerometer noise over g, imu
-    command_white: float = 0.05  # m/s and rad/s, uniform +-, anew for each message, simple
-    command_offset: float = 0.03  # m/s and rad/s, uniform +-, anew every period, simple
-    command_offset_period: float = 5.0  # s
-
-
-TUM_CASCADE = Cascade()
 TUM_RANGES: Mapping[str, Range] = {
     "horizontal_p": (4.5, 5.5),  # 10 %: what a tuned copy of the plugin would have
     "vertical_p": (4.5, 5.5),
@@ -102,7 +69,6 @@ TUM_LIMITS: Mapping[str, Range] = {
     "sample_ticks": (1.0, 1e6),
     "command_offset_period": (TICK, 1e9),
 }
-NOISE_FREE_CASCADE = Cascade(attitude_noise=0.0, command_white=0.0, command_offset=0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -247,6 +213,34 @@ class Vehicle(Protocol):
         ...
 
 
+class Legs(NamedTuple):
+    """What each vehicle of a batch flies next: its own command over its own number of ticks."""
+
+    commands: Float[ndarray, "n 4"]
+    are_new: Bool[ndarray, "n"]  # whether a message brought the command
+    starts: Int64[ndarray, "n"]  # instant of the log at which it is now
+    ticks: Int64[ndarray, "n"]  # of the leg
+
+
+@runtime_checkable
+class BatchVehicle(Vehicle, Protocol):
+    """A vehicle of which a batch flies at once, each row as far as it likes; not needed, but fast.
+
+    Rows that it flies so have the bits that `advance` gives them.
+    """
+
+    def advance_rows(self, state: VehicleState, rows: Rows, legs: Legs, poses: Poses) -> None:
+        """Fly some rows of a batch on, in place.
+
+        Args:
+            state: of all rows; those that fly are overwritten.
+            rows: which fly, the longest leg first.
+            legs: of all rows; commands are finite.
+            poses: log of position and quaternion, filled from each row's start to its arrival.
+        """
+        ...
+
+
 @dataclass(frozen=True, slots=True)
 class TumGazebo:
     """The drone of tum_simulator. `replace` constants to make another of its kind."""
@@ -300,7 +294,11 @@ class TumGazebo:
             InputError: a command is not finite, or not four numbers for each vehicle.
         """
         check_command(command, (*state.motion.shape[:-1], 4))
-        return flown(fly, self.constants, state, command, span=(ticks, new_command))
+        return flown(fly, tuple(self.constants), state, command, span=(ticks, new_command))
+
+    def advance_rows(self, state: VehicleState, rows: Rows, legs: Legs, poses: Poses) -> None:
+        """Fly some rows of a batch on; see `BatchVehicle`."""
+        fly(tuple(self.constants), rows, *parts_of(state), *legs, poses, NO_REST)
 
     def randomized(self, rng: np.random.Generator) -> "TumGazebo":
         """Return another drone of its kind: constants and sensor noise drawn.
@@ -329,6 +327,33 @@ def check_command(command: VelocityArray, shape: tuple[int, ...]) -> None:
         )
 
 
+def rows_flown_by(vehicle: Vehicle) -> Callable[[VehicleState, Rows, Legs, Poses], None]:
+    """Return what any vehicle does as `BatchVehicle.advance_rows`: equal legs fly together."""
+    if isinstance(vehicle, BatchVehicle):
+        return vehicle.advance_rows
+
+    def advance_rows(state: VehicleState, rows: Rows, legs: Legs, poses: Poses) -> None:
+        kinds = 2 * legs.ticks[rows] + legs.are_new[rows]
+        for kind in np.unique(kinds).tolist():
+            those, ticks, is_new = rows[kinds == kind], kind // 2, bool(kind % 2)
+            some = VehicleState(*(part[those] for part in parts_of(state)))
+            after, track = vehicle.advance(
+                some, legs.commands[those], ticks=ticks, new_command=is_new
+            )
+            for part, new in zip(parts_of(state), parts_of(after), strict=True):
+                part[those] = new
+            instants = legs.starts[those, None] + np.arange(ticks + 1)
+            flown = np.concatenate([track.position, track.quaternion], axis=-1)
+            poses[those[:, None], instants] = flown
+
+    return advance_rows
+
+
+def parts_of(state: VehicleState) -> tuple[ndarray, ndarray, ndarray, Keys]:
+    """Return the arrays of a state, as kernels take them."""
+    return state.motion, state.memory, state.counters, state.keys
+
+
 def flown(
     kernel: Callable[..., None],
     profile: Any,
@@ -341,7 +366,7 @@ def flown(
     """Fly by a kernel: lay out one row per vehicle, make room, and shape what comes back.
 
     Args:
-        kernel: called with (profile, rows of the state, commands, span, outputs).
+        kernel: called with profile, rows, parts of the state, legs, poses, the rest of the tracks.
         profile: the vehicle's constants.
         state: where they are.
         command: one for each vehicle.
@@ -349,19 +374,18 @@ def flown(
         sees_late: whether the kernel fills `Track.seen_velocity` as well.
     """
     is_batch = state.motion.ndim > 1
-    parts = [np.ascontiguousarray(part) for part in (state.motion, state.memory, state.counters)]
-    orders = np.ascontiguousarray(command, dtype=np.float64)
+    after = VehicleState(
+        state.motion.copy(), state.memory.copy(), state.counters.copy(), state.keys
+    )
+    parts = parts_of(after) if is_batch else [part[None] for part in parts_of(after)]
+    n, instants = len(parts[0]), span[0] + 1
+    commands = np.ascontiguousarray(command, dtype=np.float64).reshape(n, 4)
+    legs = Legs(commands, np.full(n, span[1], bool), np.zeros(n, np.int64), np.full(n, span[0]))
+    poses, rest = np.empty((n, instants, 7)), np.empty((n, instants, 9 + 3 * sees_late))
+    kernel(profile, np.arange(n), *map(np.ascontiguousarray, parts), *legs, poses, rest)
     if not is_batch:
-        parts, orders = [part[None] for part in parts], orders[None]
-    motions, memories, counters = parts
-    after = (np.empty(motions.shape), np.empty(memories.shape), np.empty(counters.shape, np.int64))
-    n, instants = len(motions), span[0] + 1
-    vectors = np.empty((4 + sees_late, n, instants, 3))
-    position, velocity, rates, acceleration, *seen = vectors
-    track = (position, velocity, np.empty((n, instants, 4)), rates, acceleration, *seen)
-    keys = np.ascontiguousarray(state.keys)  # of one vehicle as well a row
-    kernel(profile, (motions, memories, counters, keys), orders, span, (*after, *track))
-    if is_batch:
-        return VehicleState(*after, state.keys), Track(*track)
-    motion, memory, counter = (part[0] for part in after)
-    return VehicleState(motion, memory, counter, state.keys), Track(*[part[0] for part in track])
+        poses, rest = poses[0], rest[0]
+    velocity, rates, acceleration = rest[..., :3], rest[..., 3:6], rest[..., 6:9]
+    seen = rest[..., 9:] if sees_late else None
+    track = Track(poses[..., :3], velocity, poses[..., 3:], rates, acceleration, seen)
+    return after, track

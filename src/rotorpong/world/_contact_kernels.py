@@ -1,24 +1,35 @@
-"""The ball among solids, compiled: exact contact times, bounces, flights.
+"""The ball among solids, compiled: bounces, flights along a drone's track, flights to a plane.
 
-A gap changes no faster than ball and solid move, and drag and Magnus force make no ball faster. So
-a step in which a gap can have been negative is known beforehand, is searched by going forward no
-further than the gap allows, and nothing else of it is computed: what is skipped changes no result.
-Contact times solve gap = 0 on the step's own RK4 path, so restitution does not depend on where in
-a step the contact falls.
+Ticks in which nothing can be touched are passed over (see `_nearness_kernels`); the times of
+contacts are exact (see `_search_kernels`).
 """
 
 import math
 
 import numpy as np
 
-from rotorpong.conventions import BALL_RADIUS, GRAVITY
+from rotorpong.conventions import BALL_RADIUS
 from rotorpong.kernels import kernel
 from rotorpong.physics._ball_kernels import bounce
+from rotorpong.world._nearness_kernels import (
+    HORIZON,
+    SLACK,
+    ball_travel,
+    box_distance,
+    box_of,
+    court_is_near,
+    drone_is_near,
+    drone_reach,
+    drone_travel,
+    fastest_travel,
+    ticks_off_court,
+    ticks_off_drone,
+)
+from rotorpong.world._search_kernels import ROOT_TOLERANCE, nearest_contact
 from rotorpong.world._solid_kernels import (
     ACROSS,
     BLADE,
     END,
-    HALF_POST,
     OTHER,
     PLACE,
     POINT,
@@ -27,12 +38,10 @@ from rotorpong.world._solid_kernels import (
     SOLIDS,
     SPEED,
     START,
-    TABLE,
     body_point,
     copy_row,
     ellipse_gap,
     gap,
-    least_blade_gap,
     make_work,
     part_of,
     pose_between,
@@ -40,184 +49,13 @@ from rotorpong.world._solid_kernels import (
     step_row,
     surface_of,
 )
-from rotorpong.world.court import NET_HEIGHT
 
 TIME, SOLID, PART, POSITION, VELOCITY, SPIN, NORMAL = 0, 1, 2, 3, 6, 9, 12
 SURFACE_VELOCITY, VELOCITY_AFTER, SPIN_AFTER, FACING, BLADE_POINT = 15, 18, 21, 24, 25
 CONTACT_COLUMNS = 27
 SLOWEST_CONTACT = 1e-3  # m/s towards the solid
-LOOKS = 64  # a step is looked at as often, where it may graze
-ROOT_STEPS = 60
-ROOT_TOLERANCE = 1e-12  # m
 MOST_CONTACTS_PER_STEP = 16
-LOOK_AHEAD = 8  # ticks
 PASSED, LOST = -1, -2  # the plane; nothing happened in time
-
-
-@kernel
-def ball_travel(work, duration):
-    """Return more than the ball at START can move in a step, m."""
-    vx, vy, vz = work[START, 3], work[START, 4], work[START, 5]
-    speed = math.sqrt(vx * vx + vy * vy + vz * vz)
-    return 1.001 * (speed + GRAVITY * duration) * duration
-
-
-@kernel
-def court_is_near(work, travel):
-    """Tell whether the ball at START can touch table, net or floor."""
-    reach = BALL_RADIUS + travel
-    if work[START, 2] <= reach:
-        return True
-    return abs(work[START, 0]) <= HALF_POST + reach and work[START, 2] <= NET_HEIGHT + reach
-
-
-@kernel
-def drone_reach(scene):
-    """Return how far from the centre of mass a touching ball's centre can be, m."""
-    racket, hull = scene.racket, scene.hull
-    centre = math.sqrt(racket.x**2 + racket.y**2 + racket.z**2)
-    blade = centre + max(racket.half_width, racket.half_height)
-    return max(blade, math.sqrt(hull.radius**2 + hull.half_height**2)) + BALL_RADIUS
-
-
-@kernel
-def drone_travel(track, i, reach):
-    """Return more than any point of the drone moves in tick i, m."""
-    j, way, turn, dot = min(i + 1, track.shape[0] - 1), 0.0, 0.0, 0.0
-    for k in range(3):
-        way += (track[j, k] - track[i, k]) ** 2
-    for k in range(3, 7):
-        dot += track[i, k] * track[j, k]
-    sign = math.copysign(1.0, dot)
-    for k in range(3, 7):  # squared chord of unit quaternions, 2 sin(angle / 4)
-        turn += (track[j, k] - sign * track[i, k]) ** 2
-    return 1.001 * math.sqrt(way) + 2.5 * reach * math.sqrt(turn) + 1e-12
-
-
-@kernel
-def drone_is_near(work, travel, track, i, reach):
-    """Tell whether the ball at START can touch the drone in tick i."""
-    if track.shape[0] == 0:
-        return False
-    dx, dy = work[START, 0] - track[i, 0], work[START, 1] - track[i, 1]
-    dz = work[START, 2] - track[i, 2]
-    distance = dx * dx + dy * dy + dz * dz
-    if distance > 9.0 * (reach + travel) ** 2 + 1.0:  # a drone at 1 km/s gets no further in a tick
-        return False
-    return distance <= (reach + travel + drone_travel(track, i, reach)) ** 2
-
-
-@kernel
-def clear_fraction(solid, low, travel, dt, track, span, scene, work):
-    """Return the first fraction of a step seen with a negative gap, -1 if there is none.
-
-    Goes forward as far as the gap allows, but no less than 1/64 of the step: a graze that is missed
-    is shallower than 10 micrometres.
-    """
-    f, here = 0.0, low
-    while True:
-        f += max(here / travel, 1.0 / LOOKS)
-        if f >= 1.0:
-            return -1.0
-        here = gap_within(solid, f, dt, track, span, scene, work)
-        if here < 0.0:
-            return f
-
-
-@kernel
-def gap_within(solid, f, dt, track, span, scene, work):
-    """Return the gap at a fraction of the step from START; the ball there is PROBE."""
-    step_row(work, START, f * dt, scene.air, PROBE)
-    i, base, scale = span
-    return gap(solid, PROBE, track, i, base + scale * f, scene, work)
-
-
-@kernel
-def contact_fraction(solid, low, upper, dt, track, span, scene, work):
-    """Return where in (0, upper] of the step the gap vanishes: regula falsi as Illinois has it."""
-    a, fa, b, side = 0.0, max(low, 0.0), upper, 0
-    fb = gap_within(solid, b, dt, track, span, scene, work)
-    for _ in range(ROOT_STEPS):
-        c = b - fb * (b - a) / (fb - fa) if fa > fb else a
-        fc = gap_within(solid, c, dt, track, span, scene, work)
-        if abs(fc) < ROOT_TOLERANCE or b - a < 1e-15:
-            return c
-        if fc > 0.0:
-            a, fa = c, fc
-            fb = 0.5 * fb if side == 1 else fb
-            side = 1
-        else:
-            b, fb = c, fc
-            fa = 0.5 * fa if side == -1 else fa
-            side = -1
-    return a
-
-
-@kernel
-def stays_above(work, dt, air):
-    """Tell whether the ball stays above the table's plane through the step from START to END.
-
-    Under an upward acceleration a the path dips a dt^2 / 8 below its chord at most.
-    """
-    low, high = work[START, 2] - BALL_RADIUS, work[END, 2] - BALL_RADIUS
-    if low < 0.0 or high < 0.0:
-        return False
-    speed = ball_travel(work, dt) / dt
-    spin = math.sqrt(work[START, 6] ** 2 + work[START, 7] ** 2 + work[START, 8] ** 2)
-    push = (air.drag * speed + abs(air.magnus) * spin) * speed - GRAVITY
-    return push <= 0.0 or min(low, high) >= push * dt * dt / 8.0
-
-
-@kernel
-def is_clear(solid, travel, dt, track, span, scene, work):
-    """Tell at small cost whether a solid cannot be touched in the step; False where unsure."""
-    if solid == TABLE:
-        return stays_above(work, dt, scene.air)
-    if solid == BLADE:
-        i, base, _ = span
-        pose_between(track, i, base, work)
-        x, y, z = body_point(work[START, 0], work[START, 1], work[START, 2], work)
-        return least_blade_gap(x, y, z, scene.racket) > travel
-    return False
-
-
-@kernel
-def nearest_contact(solids, dt, way, track, span, scene, work):
-    """Return (solid, fraction) of the first contact of the step from START to END.
-
-    Args:
-        solids: the first to look at, one beyond the last.
-        dt: of the step, s.
-        way: more than the ball, and than the drone, moves in it, m.
-        track: poses.
-        span: tick, where in it the step begins, and its share of it.
-        scene: parameters.
-        work: scratch.
-
-    Returns:
-        (-1, 1) if there is none.
-    """
-    hit, first = -1, 1.0
-    i, base, scale = span
-    for solid in range(solids[0], solids[1]):
-        travel = way[0] if solid < BLADE else way[0] + way[1]
-        if is_clear(solid, travel, dt, track, span, scene, work):
-            continue
-        low = gap(solid, START, track, i, base, scene, work)
-        if low > travel:
-            continue
-        high = gap(solid, END, track, i, base + scale, scene, work)
-        if (high >= 0.0 and low + high > travel) or (low < 0.0 and high > low):
-            continue
-        upper = 1.0
-        if high >= 0.0:
-            upper = clear_fraction(solid, low, travel, dt, track, span, scene, work)
-            if upper < 0.0:
-                continue
-        f = contact_fraction(solid, low, upper, dt, track, span, scene, work)
-        if hit < 0 or f < first:
-            hit, first = solid, f
-    return hit, first
 
 
 @kernel
@@ -299,89 +137,87 @@ def touch(solid, track, i, fraction, time, scene, work, row):
 
 @kernel
 def fly_tick(start_time, i, track, reach, scene, work, contacts, count):
-    """Fly from START to END through a tick with solids near; return the number of contacts."""
-    done, tick = 0.0, scene.tick
+    """Fly from START to END through a tick with solids near.
+
+    Returns:
+        (number of contacts noted so far, whether anything was touched).
+    """
+    done, tick, was_touched = 0.0, scene.tick, False
     for _ in range(MOST_CONTACTS_PER_STEP):
         rest = 1.0 - done
         step_row(work, START, rest * tick, scene.air, END)
-        travel, drone = ball_travel(work, rest * tick), 0.0
-        first, last = 0 if court_is_near(work, travel) else BLADE, BLADE
+        vx, vy, vz = work[START, 3], work[START, 4], work[START, 5]
+        travel, drone = ball_travel(vx, vy, vz, rest * tick), 0.0
+        is_near = court_is_near(work[START, 0], work[START, 2], travel)
+        first, last = 0 if is_near else BLADE, BLADE
         if drone_is_near(work, travel, track, i, reach):
             last, drone = SOLIDS, drone_travel(track, i, reach)
         solid, f = nearest_contact(
             (first, last), rest * tick, (travel, drone), track, (i, done, rest), scene, work
         )
         if solid < 0:
-            return count
+            return count, was_touched
         step_row(work, START, f * rest * tick, scene.air, END)
-        done += f * rest
+        done, was_touched = done + f * rest, True
         row = contacts[min(count, contacts.shape[0] - 1)]
         if touch(solid, track, i, done, start_time + (i + done) * tick, scene, work, row):
             count += 1
         copy_row(work, END, START)
-    return count
+    return count, True
 
 
 @kernel
-def advance(state, start_time, first, track, scene, work, contacts, path):
+def advance(state, start_time, flown, track, box, scene, work, contacts, path):
     """Fly one ball among court and drone.
 
     Args:
-        state: (9,), at tick `first`.
+        state: (9,), at tick 0.
         start_time: seconds at tick 0.
-        first: the tick at which to begin.
+        flown: of how many ticks `path` already holds what happens where there is nothing to touch.
         track: (ticks + 1, 7) poses of the drone, or (0, 7) where there is none.
+        box: about the track, see `box_of`.
         scene: parameters.
         work: scratch.
         contacts: (m, 27) rows; the last is overwritten when there are more.
-        path: (ticks, 9), the state after each tick; of those before `first` nothing is written.
+        path: (ticks, 9), the state after each tick.
 
     Returns:
-        The number of contacts.
+        (number of contacts; `flown`, or 0 if anything was touched).
     """
-    count, reach = 0, drone_reach(scene)
+    count, i, ticks, reach = 0, 0, path.shape[0], drone_reach(scene)
+    drone_pace = -1.0  # not known yet
     for k in range(9):
         work[START, k] = state[k]
-    for i in range(first, path.shape[0]):
-        travel = ball_travel(work, scene.tick)
-        if court_is_near(work, travel) or drone_is_near(work, travel, track, i, reach):
-            count = fly_tick(start_time, i, track, reach, scene, work, contacts, count)
+    while i < ticks:
+        vx, vy, vz = work[START, 3], work[START, 4], work[START, 5]
+        pace = ball_travel(vx, vy, vz, HORIZON * scene.tick) / HORIZON
+        free = min(ticks_off_court(work, pace), ticks - i)
+        away = box_distance(box, work[START, 0], work[START, 1], work[START, 2]) - reach - SLACK
+        if away < free * pace:
+            if drone_pace < 0.0:
+                drone_pace = fastest_travel(track, i, reach)
+            free = min(free, ticks_off_drone(work, track, i, pace + drone_pace, scene))
+        if free == 0:
+            count, is_touched = fly_tick(start_time, i, track, reach, scene, work, contacts, count)
+            flown, free = 0 if is_touched else flown, 1
+            put(work, path[i])
+        elif i + free <= flown:
+            for k in range(9):
+                work[START, k] = path[i + free - 1, k]
         else:
-            step_row(work, START, scene.tick, scene.air, END)
-        for k in range(9):
-            path[i, k] = work[END, k]
-            work[START, k] = work[END, k]
-    return count
+            for j in range(i, i + free):
+                step_row(work, START, scene.tick, scene.air, END)
+                put(work, path[j])
+        i += free
+    return count, flown
 
 
 @kernel
-def first_near(states, track, scene, work):
-    """Return a tick of a free flight before which nothing can be touched; ticks if nothing can.
-
-    Args:
-        states: (ticks + 1, 9) of the ball, flown as if there were nothing.
-        track: (ticks + 1, 7) poses of the drone.
-        scene: parameters.
-        work: scratch.
-    """
-    reach, i, ticks = drone_reach(scene), 0, states.shape[0] - 1
-    while i < ticks:
-        last = min(i + LOOK_AHEAD, ticks)
-        for k in range(6):
-            work[START, k] = states[i, k]
-        travel, way = ball_travel(work, (last - i) * scene.tick), 0.0
-        if court_is_near(work, travel):
-            return i
-        x, y, z = track[i, 0], track[i, 1], track[i, 2]
-        for j in range(i + 1, last + 1):
-            dx, dy, dz = track[j, 0] - x, track[j, 1] - y, track[j, 2] - z
-            way = max(way, dx * dx + dy * dy + dz * dz)
-        dx, dy, dz = states[i, 0] - x, states[i, 1] - y, states[i, 2] - z
-        near = reach + travel + math.sqrt(way) + 1e-9
-        if dx * dx + dy * dy + dz * dz <= near * near:
-            return i
-        i = last
-    return ticks
+def put(work, after):
+    """Write the state at END into the path; go on from it."""
+    for k in range(9):
+        after[k] = work[END, k]
+        work[START, k] = work[END, k]
 
 
 @kernel
@@ -402,8 +238,9 @@ def advance_many(states, start_time, tracks, parameters, contacts, counts, paths
     for ball in range(states.shape[0]):
         if parameters.shape[0] > 1:
             scene = scene_of(parameters[ball])
-        counts[ball] = advance(
-            states[ball], start_time, 0, tracks[ball], scene, work, contacts[ball], paths[ball]
+        track, path = tracks[ball], paths[ball]
+        counts[ball], _ = advance(
+            states[ball], start_time, 0, track, box_of(track), scene, work, contacts[ball], path
         )
 
 
@@ -429,8 +266,9 @@ def next_event(time, plane_x, longest, scene, track, work, row, crossing):
         if time >= longest:
             break
         step_row(work, START, tick, scene.air, END)
-        travel, solid, f = ball_travel(work, tick), -1, 1.0
-        if court_is_near(work, travel):
+        vx, vy, vz = work[START, 3], work[START, 4], work[START, 5]
+        travel, solid, f = ball_travel(vx, vy, vz, tick), -1, 1.0
+        if court_is_near(work[START, 0], work[START, 2], travel):
             solid, f = nearest_contact(
                 (0, BLADE), tick, (travel, 0.0), track, (0, 0.0, 1.0), scene, work
             )

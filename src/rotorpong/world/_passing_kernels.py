@@ -5,8 +5,9 @@ import math
 import numpy as np
 
 from rotorpong.conventions import BALL_RADIUS
-from rotorpong.kernels import kernel
+from rotorpong.kernels import inlined_kernel, kernel
 from rotorpong.physics.ball import Surface
+from rotorpong.world._nearness_kernels import box_of
 from rotorpong.world._solid_kernels import (
     blade_gap,
     body_point,
@@ -35,7 +36,7 @@ def blade_gaps(positions, track, sizes, out):
         out[k] = blade_gap(x, y, z, racket)
 
 
-@kernel
+@inlined_kernel
 def blade_centre(track, j, racket):
     """Return where the blade's centre is at a pose."""
     w, x, y, z = track[j, 3], track[j, 4], track[j, 5], track[j, 6]
@@ -59,70 +60,90 @@ def reach_of(racket):
     return max(racket.half_width, racket.half_height) + BALL_RADIUS + SLACK
 
 
-@kernel
-def distance(x, y, z, point):
-    """Return the distance of a place to a point."""
-    dx, dy, dz = x - point[0], y - point[1], z - point[2]
+@inlined_kernel
+def distance(x, y, z, points, k):
+    """Return the distance of a place to a point (the first three numbers of row k)."""
+    dx, dy, dz = x - points[k, 0], y - points[k, 1], z - points[k, 2]
     return math.sqrt(dx * dx + dy * dy + dz * dz)
 
 
-@kernel
-def near_span(positions, track, reach):
-    """Return first and one beyond last of the positions within reach of the box about a track."""
-    first, last = positions.shape[0], 0
-    low_x, low_y, low_z = np.inf, np.inf, np.inf
-    high_x, high_y, high_z = -np.inf, -np.inf, -np.inf
-    for j in range(track.shape[0]):
-        low_x, high_x = min(low_x, track[j, 0]), max(high_x, track[j, 0])
-        low_y, high_y = min(low_y, track[j, 1]), max(high_y, track[j, 1])
-        low_z, high_z = min(low_z, track[j, 2]), max(high_z, track[j, 2])
-    for k in range(positions.shape[0]):
-        inside_x = low_x - reach <= positions[k, 0] <= high_x + reach
-        inside_y = low_y - reach <= positions[k, 1] <= high_y + reach
-        if inside_x and inside_y and low_z - reach <= positions[k, 2] <= high_z + reach:
-            first, last = min(first, k), k + 1
-    return first, last
+@inlined_kernel
+def is_near(positions, k, box, reach):
+    """Tell whether a position is within reach of a box, corners apart."""
+    x, y, z = positions[k, 0], positions[k, 1], positions[k, 2]
+    inside = box[0] - reach <= x <= box[3] + reach and box[1] - reach <= y <= box[4] + reach
+    return inside and box[2] - reach <= z <= box[5] + reach
 
 
 @kernel
-def lateness(positions, track, sizes, longest):
+def near_span(positions, first, box, reach):
+    """Return first and one beyond last of the positions from `first` on within reach of a box."""
+    start, end = positions.shape[0], 0
+    for k in range(first, positions.shape[0]):
+        if is_near(positions, k, box, reach):
+            start, end = min(start, k), k + 1
+    return start, end
+
+
+@kernel
+def lateness(positions, track, nearness, sizes, longest):
     """Return the smallest lag (ticks, either sign) at which blade and ball meet face to face.
 
     Longer than `longest` if there is none. A blade too far away for one lag is so for as many more
     as it needs to come near at its fastest pace: those are passed over.
+
+    Args:
+        positions: of the ball, at all ticks.
+        track: poses of the drone.
+        nearness: the first tick at which the ball may be near, the box about the drone's places.
+        sizes: of the racket.
+        longest: lag, ticks.
     """
     racket, work, n = racket_of(sizes), make_work(), track.shape[0]
-    span = near_span(positions, track, arm_of(racket) + reach_of(racket))
-    centres, pace, best = np.empty((n, 3)), SLACK, longest + 1
-    first, last = max(0, span[0] - longest), min(n, span[1] + longest)
-    for j in range(first, last):
-        centres[j, 0], centres[j, 1], centres[j, 2] = blade_centre(track, j, racket)
-        if j > first:
-            way = distance(centres[j, 0], centres[j, 1], centres[j, 2], centres[j - 1])
-            pace = max(pace, way + reach_of(racket) * turned(track, j))
-    for k in range(span[0], span[1]):
+    reach, (tick, box) = reach_of(racket), nearness
+    start, end = near_span(positions, tick, box, arm_of(racket) + reach)
+    centres, best = np.empty((n, 3)), longest + 1
+    first, last = max(0, start - longest), min(n, end + longest)
+    pace = write_centres(track, first, last, racket, centres)
+    blade_box = box_of(centres[first:last])
+    for k in range(start, end):
+        if not is_near(positions, k, blade_box, reach):
+            continue
         for sign in (1, -1):
             most = abs(best) if best < 0 and sign > 0 else abs(best) - 1
-            lag = nearest_lag(positions, k, track, (centres, pace), racket, sign, most, work)
+            lag = nearest_lag(positions, k, track, centres, pace, racket, sign, most, work)
             if lag <= most:
                 best = sign * lag
     return best
 
 
 @kernel
-def nearest_lag(positions, k, track, path, racket, sign, most, work):
+def write_centres(track, first, last, racket, centres):
+    """Write the blade's centre at some poses; return more than a blade's point moves in a tick."""
+    way, turn = 0.0, 0.0
+    for j in range(first, last):
+        x, y, z = blade_centre(track, j, racket)
+        centres[j, 0], centres[j, 1], centres[j, 2] = x, y, z
+        if j > first:
+            dx, dy, dz = x - centres[j - 1, 0], y - centres[j - 1, 1], z - centres[j - 1, 2]
+            way = max(way, dx * dx + dy * dy + dz * dz)
+            turn = max(turn, squared_chord(track, j))
+    return math.sqrt(way) + reach_of(racket) * (2.5 * math.sqrt(turn) + SLACK) + SLACK
+
+
+@kernel
+def nearest_lag(positions, k, track, centres, pace, racket, sign, most, work):
     """Return the smallest lag up to `most`, of one sign, at which the blade meets ball k.
 
     Longer than `most` if there is none.
     """
-    centres, pace = path
     x, y, z, reach = positions[k, 0], positions[k, 1], positions[k, 2], reach_of(racket)
     lag = 0 if sign > 0 else max(0, k - track.shape[0] + 1)
     while lag <= most:
         j = k + sign * lag
         if j < 0 or j >= track.shape[0]:
             break
-        away = distance(x, y, z, centres[j]) - reach
+        away = distance(x, y, z, centres, j) - reach
         if away > 0.0:
             lag += max(1, int(away / pace))
         else:
@@ -133,15 +154,14 @@ def nearest_lag(positions, k, track, path, racket, sign, most, work):
     return most + 1
 
 
-@kernel
-def turned(track, j):
-    """Return more than the angle by which the drone turns from pose j - 1 to j."""
-    dot, chord = 0.0, 0.0
+@inlined_kernel
+def squared_chord(track, j):
+    """Return how far apart the unit quaternions j - 1 and j are: (2 sin(angle / 4))^2."""
+    plus, minus = 0.0, 0.0
     for k in range(3, 7):
-        dot += track[j - 1, k] * track[j, k]
-    for k in range(3, 7):  # of unit quaternions: 2 sin(angle / 4)
-        chord += (track[j, k] - math.copysign(track[j - 1, k], dot * track[j - 1, k])) ** 2
-    return 2.5 * math.sqrt(chord) + SLACK
+        plus += (track[j, k] + track[j - 1, k]) ** 2
+        minus += (track[j, k] - track[j - 1, k]) ** 2
+    return min(plus, minus)
 
 
 @kernel

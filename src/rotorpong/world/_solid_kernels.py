@@ -149,10 +149,10 @@ def blade_gap(bx, by, bz, racket):
 
 @kernel
 def least_blade_gap(bx, by, bz, racket):
-    """Return a gap that the one to the blade is not below; quicker than the gap itself."""
+    """Return the gap to the disc about the blade: less than that to the blade, and quicker."""
     x, y, z = bx - racket.x, by - racket.y, bz - racket.z
-    size = max(racket.half_width, racket.half_height)
-    return math.sqrt(x * x + y * y + z * z) - size - BALL_RADIUS
+    off = max(math.sqrt(y * y + z * z) - max(racket.half_width, racket.half_height), 0.0)
+    return math.sqrt(x * x + off * off) - BALL_RADIUS
 
 
 @kernel

@@ -16,7 +16,7 @@ from numpy import ndarray
 
 from rotorpong.conventions import InputError, Picture
 from rotorpong.drone import Outcome
-from rotorpong.physics.vehicle import Track, VehicleState
+from rotorpong.physics.vehicle import Legs, VehicleState, parts_of, rows_flown_by
 from rotorpong.world import _batch_kernels as kernels
 from rotorpong.world import _judging_kernels as rules
 from rotorpong.world._contact_kernels import CONTACT_COLUMNS
@@ -94,13 +94,20 @@ class ServeBatch:
         self._logs = (
             np.empty((n, LONGEST_SERVE + 1, 9)),
             np.empty((n, LONGEST_SERVE + 1, 7)),
-            np.zeros((n, 2), np.int64),
+            np.empty((n, rules.WATCH_COLUMNS)),
         )
+        self._clocks, self._rows = np.zeros((2, n), np.int64), np.empty(n, np.int64)
         self._codes, self._deciding = np.zeros(n, np.int64), np.empty((n, CONTACT_COLUMNS))
         self._contacts: list[list[Float[ndarray, "_"]]] = [[] for _ in casts]
         self._schedules = np.zeros((2, n, most_frames(setting.camera)), np.int64)
         self._frames = np.zeros(n, np.int64)
-        self._commands, self._are_new = np.zeros((n, 4)), np.ones(n, bool)
+        self._legs = Legs(
+            commands=np.zeros((n, 4)),
+            are_new=np.ones(n, bool),
+            starts=self._clocks[kernels.FLOWN],
+            ticks=np.zeros(n, np.int64),
+        )
+        self._fly = rows_flown_by(setting.vehicle)
         self._touched = np.empty((n, MOST_CONTACTS, CONTACT_COLUMNS))
         self._touches = np.zeros(n, np.int64)
         self._judged = np.empty((2, n))
@@ -114,8 +121,7 @@ class ServeBatch:
     def restart(self, rows: Sequence[int], casts: Sequence[Cast]) -> None:
         """Begin new serves in some rows."""
         for row, cast in zip(rows, casts, strict=True):
-            state = self._cast(row, cast)
-            _put(self._states, np.array([row]), _stacked([state]))
+            _put(self._states, row, self._cast(row, cast))
 
     def command(
         self, velocities: Float[ndarray, "n 4"], told: Bool[ndarray, "n"] | None = None
@@ -129,14 +135,15 @@ class ServeBatch:
         Raises:
             InputError: a component is not finite, or there is not one command for each row.
         """
-        if velocities.shape != self._commands.shape or not np.isfinite(velocities).all():
+        commands = self._legs.commands
+        if velocities.shape != commands.shape or not np.isfinite(velocities).all():
             raise InputError(
                 f"commands {np.array2string(velocities, threshold=8)}: expected finite velocities "
-                f"in m/s and rad/s, shape {self._commands.shape}"
+                f"in m/s and rad/s, shape {commands.shape}"
             )
         within = np.minimum(np.maximum(velocities, -self._limits), self._limits)
         rows = slice(None) if told is None else told
-        self._commands[rows], self._are_new[rows] = within[rows], True
+        commands[rows], self._legs.are_new[rows] = within[rows], True
         return within
 
     def advance(self) -> None:
@@ -145,27 +152,16 @@ class ServeBatch:
         Raises:
             InputError: a vehicle flew to where no number is.
         """
-        rows = np.flatnonzero(self._codes == rules.PLAYING)
-        clocks = self._logs[2]
-        exposures, arrivals = self._schedules[:, rows, self._frames[rows]]
-        self._frames[rows] += 1
-        clocks[rows, kernels.EXPOSED] = exposures
-        flown = clocks[rows, kernels.FLOWN]
-        goals = np.minimum(np.maximum(arrivals, flown + 1), LONGEST_SERVE)
-        legs = 2 * (goals - flown) + self._are_new[rows]
-        self._are_new[rows] = False
-        if len(rows) == 1:
-            self._leg(rows, int(legs[0]))
-            return
-        for leg in np.unique(legs):
-            those = rows[legs == leg]
-            for first in range(0, len(those), SIDE_BY_SIDE):
-                self._leg(those[first : first + SIDE_BY_SIDE], int(leg))
+        count = kernels.depart(
+            self._codes, self._schedules, self._frames, self._clocks, self._legs.ticks, self._rows
+        )
+        for first in range(0, count, SIDE_BY_SIDE):
+            self._leg(self._rows[first : min(first + SIDE_BY_SIDE, count)])
 
     def states(self) -> Float[ndarray, "n 18"]:
         """Return what `STATE` names of every row, at its last frame or at the end of its serve."""
         seen = np.empty((len(self._codes), len(STATE)))
-        kernels.see(self._states.motion, self._logs, TICK, seen)
+        kernels.see(self._states.motion, *self._logs[:2], self._clocks, TICK, seen)
         return seen
 
     @property
@@ -186,8 +182,8 @@ class ServeBatch:
 
     def picture(self, row: int) -> Picture:
         """Return the last frame of a row, sharp: without the camera's blur and noise."""
-        balls, poses, clocks = self._logs
-        exposed = min(clocks[row, kernels.EXPOSED], clocks[row, kernels.FLOWN])
+        balls, poses, _ = self._logs
+        exposed = min(self._clocks[kernels.EXPOSED, row], self._clocks[kernels.FLOWN, row])
         camera = self.setting.camera
         eye, axes = eye_of(camera, poses[row, exposed])
         return render(camera, eye, axes, balls[row, exposed, :3].copy(), self.setting.scene)
@@ -203,7 +199,7 @@ class ServeBatch:
             raise InputError(f"the serve of row {row} is not over")
         decided = outcome in {"hit", "hull"}
         contact = contact_from_row(self._deciding[row]) if decided else None
-        end = self._logs[2][row, kernels.FLOWN] + 1
+        end = self._clocks[kernels.FLOWN, row] + 1
         balls, track = self._logs[0][row, :end], self._logs[1][row, :end]
         verdict, miss, late = judge(outcome, contact, balls, track, self._racket)
         return Truth(
@@ -230,47 +226,40 @@ class ServeBatch:
         for kind, ticks in enumerate(schedule(camera, cast.sensor_rng, camera_rng)):
             self._schedules[kind, row, : len(ticks)] = ticks
         self._frames[row], self._codes[row] = 0, rules.PLAYING
-        self._commands[row], self._are_new[row] = 0.0, True
+        self._legs.commands[row], self._legs.are_new[row] = 0.0, True
         self._judged[:, row] = np.nan
         self._contacts[row] = []
         self._serves[row] = cast.serve
         self._parameters[row] = parameters(self._solids_of(cast.serve))
         self._logs[0][row, 0] = state_of(cast.serve.ball)
-        self._logs[2][row] = 0
+        self._clocks[:, row] = 0
         return state
 
-    def _leg(self, rows: Rows, leg: int) -> None:
-        """Let leg // 2 ticks pass in these rows; leg % 2 says whether their commands are new."""
-        whole = len(rows) == len(self._codes)
-        states = self._states if whole else _taken(self._states, rows)
-        flown, track = self.setting.vehicle.advance(
-            states,
-            self._commands if whole else self._commands[rows],
-            ticks=leg // 2,
-            new_command=bool(leg % 2),
-        )
-        if whole:
-            self._states = flown
-        else:
-            _put(self._states, rows, flown)
-        self._fly_balls(rows, track)
-
-    def _fly_balls(self, rows: Rows, track: Track) -> None:
+    def _leg(self, rows: Rows) -> None:
+        """Let drones and balls of these rows fly to the arrival of their frames."""
+        self._fly(self._states, rows, self._legs, self._logs[1])
         contacts, counts = self._touched, self._touches
         lost = kernels.fly_leg(
             rows,
-            (track.position, track.quaternion),
+            self._legs.ticks,
             self._parameters,
-            self._logs,
-            (self._codes, self._deciding, contacts, counts),
+            *self._logs,
+            self._clocks,
+            self._codes,
+            self._deciding,
+            contacts,
+            counts,
         )
         if lost >= 0:
             raise InputError(f"row {lost}: {TRACK_LOST}")
+        self._legs.are_new[rows] = False
         for m in np.flatnonzero(counts[: len(rows)]):
             self._contacts[rows[m]].extend(contacts[m, : counts[m]].copy())
         ended = rows[self._codes[rows] != rules.PLAYING]
         if len(ended):
-            kernels.judge_rows(ended, self._logs, self._codes, self._sizes, self._judged)
+            kernels.judge_rows(
+                ended, *self._logs, self._clocks, self._codes, self._sizes, self._judged
+            )
 
     def _solids_of(self, serve: Serve) -> Solids:
         return self._solids._replace(air=serve.air, table=serve.table)
@@ -283,12 +272,7 @@ def _stacked(states: Sequence[VehicleState]) -> VehicleState:
     )
 
 
-def _taken(states: VehicleState, rows: Rows) -> VehicleState:
-    """Return the state of some rows."""
-    return VehicleState(*(getattr(states, f.name)[rows] for f in fields(VehicleState)))
-
-
-def _put(states: VehicleState, rows: Rows, new: VehicleState) -> None:
-    """Overwrite the state of some rows in place."""
-    for f in fields(VehicleState):
-        getattr(states, f.name)[rows] = getattr(new, f.name)
+def _put(states: VehicleState, row: int, state: VehicleState) -> None:
+    """Overwrite the state of a row in place."""
+    for part, new in zip(parts_of(states), parts_of(state), strict=True):
+        part[row] = new

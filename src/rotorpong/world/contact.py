@@ -184,8 +184,13 @@ def time_error(
     is none within `longest`.
     """
     most = round(longest / TICK)
-    lag = _passing_kernels.lateness(positions, track, sizes_of(racket), most)
+    lag = _passing_kernels.lateness(positions, track, (0, box_about(track)), sizes_of(racket), most)
     return lag * TICK if lag <= most else None
+
+
+def box_about(track: Track) -> Float[ndarray, "6"]:
+    """Return the lowest and the highest corner of the box about a track's places."""
+    return np.concatenate([track[:, :3].min(axis=0), track[:, :3].max(axis=0)])
 
 
 def drone_touches_court(track: Track, hull: Hull) -> bool:

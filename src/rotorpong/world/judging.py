@@ -8,6 +8,7 @@ matches. One serve and a batch of them are judged by the same functions. World f
 
 import math
 
+import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
@@ -15,7 +16,7 @@ from rotorpong.drone import Outcome, Verdict
 from rotorpong.world import _judging_kernels as kernels
 from rotorpong.world._judging_kernels import FULL_FACE as FULL_FACE
 from rotorpong.world._judging_kernels import LONGEST_SERVE as LONGEST_SERVE
-from rotorpong.world.contact import Contact, sizes_of, touch_down
+from rotorpong.world.contact import Contact, box_about, sizes_of, touch_down
 from rotorpong.world.racket import Racket
 from rotorpong.world.solids import TICK, Solids
 
@@ -37,7 +38,8 @@ def judge(
         track: the drone's poses at the same ticks.
         racket: of the drone.
     """
-    code, miss, lag = kernels.judged(ENDINGS.index(outcome), balls, track, sizes_of(racket))
+    watch = np.concatenate([box_about(track), np.zeros(2)])  # the ball may always be near
+    code, miss, lag = kernels.judged(ENDINGS.index(outcome), balls, track, watch, sizes_of(racket))
     late = lag * TICK if abs(lag) <= kernels.LONGEST_LAG else None
     if code == kernels.HIT and contact is not None:
         return Verdict("hit", math.hypot(*contact.blade_point), contact.time), miss, late

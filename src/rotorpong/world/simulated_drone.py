@@ -29,7 +29,7 @@ from rotorpong.physics.camera import Camera, camera_from_body, require_camera
 from rotorpong.physics.vehicle import Track, Vehicle, VehicleState
 from rotorpong.world._batch_kernels import FLOWN, fly_leg
 from rotorpong.world._contact_kernels import CONTACT_COLUMNS
-from rotorpong.world._judging_kernels import HIT, HULL_TOUCHED
+from rotorpong.world._judging_kernels import HIT, HULL_TOUCHED, WATCH_COLUMNS
 from rotorpong.world.contact import (
     MOST_CONTACTS,
     TICK,
@@ -300,7 +300,9 @@ class _Log:
     def __init__(self, serve: Serve, solids: Solids) -> None:
         self._balls = np.empty((1, LONGEST_SERVE + 1, 9))
         self._poses = np.empty((1, LONGEST_SERVE + 1, 7))
-        self._clocks, self._counts = np.zeros((1, 2), np.int64), np.zeros(1, np.int64)
+        self._watches = np.empty((1, WATCH_COLUMNS))
+        self._clocks, self._counts = np.zeros((2, 1), np.int64), np.zeros(1, np.int64)
+        self._leg = np.zeros(1, np.int64)
         self._codes, self._deciding = np.zeros(1, np.int64), np.empty((1, CONTACT_COLUMNS))
         self._touched = np.empty((1, MOST_CONTACTS, CONTACT_COLUMNS))
         self._parameters = parameters(solids)[None].copy()  # as the batch's, for one kernel
@@ -319,16 +321,25 @@ class _Log:
         Raises:
             InputError: a pose is not finite.
         """
+        poses = self.track[self.ticks : self.ticks + len(track.position)]
+        poses[:, :3], poses[:, 3:] = track.position, track.quaternion
+        self._leg[0] = len(poses) - 1
         lost = fly_leg(
             FIRST_ROW,
-            (track.position[None], track.quaternion[None]),
+            self._leg,
             self._parameters,
-            (self._balls, self._poses, self._clocks),
-            (self._codes, self._deciding, self._touched, self._counts),
+            self._balls,
+            self._poses,
+            self._watches,
+            self._clocks,
+            self._codes,
+            self._deciding,
+            self._touched,
+            self._counts,
         )
         if lost >= 0:
             raise InputError(TRACK_LOST)
-        self.ticks = self._clocks.item(0, FLOWN)
+        self.ticks = self._clocks.item(FLOWN, 0)
         for row in self._touched[0, : self._counts.item()]:
             self.contacts.append(contact_from_row(row))
         code = self._codes.item()

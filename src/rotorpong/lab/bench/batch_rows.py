@@ -1,7 +1,8 @@
 """How fast serves are played without pictures: trials and control steps a second, on one core.
 
 A trial is a serve from release to its end, flown by a command sequence that is known beforehand;
-the serves are drawn before the clock starts. A control step is one step of
+the serves are drawn before the clock starts, and a batch plays one after the other in the same
+room, as a learner's does. A control step is one step of
 `rotorpong/Intercept-v0`, the making of its observation included.
 """
 
@@ -55,8 +56,12 @@ def _trials_per_second(size: int) -> float:
                 batch.advance()
                 batch.command(commands)
 
+    room = [ServeBatch(game.setting, casts(batch)) for batch in range(batches)]
+
     def ready() -> list[ServeBatch]:
-        return [ServeBatch(game.setting, casts(batch)) for batch in range(batches)]
+        for i, batch in enumerate(room):
+            batch.restart(range(size), casts(i))
+        return room
 
     return size * batches / _fastest(play, ready)
 
