@@ -1,8 +1,9 @@
-"""The ball, compiled: which share of a pixel it covers while a row is exposed, and how bright it is.
+"""The ball, compiled: which share of a pixel it covers in an exposure, and how bright it is.
 
 A ray d meets the sphere about c where (d.c)^2 >= |d|^2 (|c|^2 - r^2). Pixels of which every point
-is inside or outside at an instant need one ray, and go through a loop that vectorises; the others
-get sub x sub rays, placed by the local slopes of the ray table.
+is inside or outside at an instant need one ray; the others get sub x sub, placed by the local
+slopes of the ray table. Loops over pixels and over the rays of one vectorise; what they find is
+added up in order.
 """
 
 import math
@@ -16,10 +17,16 @@ from rotorpong.world._pixel_kernels import BALL_COVER, BALL_LIGHT, NEAR, TILE, T
 
 SUB, SUB_MOVING = np.array([6, 4])  # samples along a pixel's side: at rest, at each instant
 AMBIENT = 0.58
-# places in the float64 scratch of a tile: sums over instants, a ray's place, half of what a pixel
-# spans, whether it needs more rays than one
-COVERS, DEPTHS, LIGHTS, ACROSS, ALONG, HALF_WIDE, MIXED = (TILE * row for row in range(7))
-SUMS_SIZE = TILE * 7
+MOST_RAYS = int(SUB) ** 2
+# Places in the float64 scratch of a tile: sums over instants; a ray, its slopes to the next one
+# right and down, half of what a pixel spans; whether it needs more rays than one.
+(
+    COVERS, DEPTHS, LIGHTS, ACROSS, ALONG, ACROSS_RIGHT, ALONG_RIGHT, ACROSS_DOWN, ALONG_DOWN,
+    HALF_WIDE, MIXED,
+) = (TILE * row for row in range(11))  # fmt: skip
+# And of the rays of one pixel: where they are in it, whether they meet the ball, what they find.
+ASIDE, BELOW, HIT, DEPTH, BRIGHT = (TILE * 11 + MOST_RAYS * row for row in range(5))
+SUMS_SIZE = BRIGHT + MOST_RAYS
 
 
 @kernel
@@ -54,30 +61,22 @@ def near_ball(rays, place, part, box):
 
 @kernel
 def sample_ball(tile, sums, rays, place, part, moment):
-    """Write of a part of a tile which share of pixel and exposure the ball covers, and how it looks.
+    """Write which share of pixel and exposure the ball covers in a part of a tile.
 
     Its brightness goes to BALL_LIGHT, its depth to NEAR.
     """
-    column, row = place
     count, first, last = moment.balls.shape[0], part[0], part[1]
-    for i in range(first, last):
-        ax, bx, ay, by = slopes(rays, row, column + i)
-        sums[HALF_WIDE + i] = 0.5 * (abs(ax) + abs(bx) + abs(ay) + abs(by))
-        sums[ACROSS + i], sums[ALONG + i] = rays[0, row, column + i], rays[1, row, column + i]
-        sums[COVERS + i], sums[DEPTHS + i], sums[LIGHTS + i] = 0.0, 0.0, 0.0
+    place_rays(sums, rays, place, part)
+    light = moment.light[0], moment.light[1], moment.light[2]
     sub = SUB if count == 1 else SUB_MOVING
     for s in range(count):
-        ball = moment.balls[s]
-        if sample_insides(sums[first:], last - first, ball, moment.light):
+        ball = moment.balls[s, 0], moment.balls[s, 1], moment.balls[s, 2]
+        if sample_insides(sums[first:], last - first, ball, light):
             offset = ((s + 0.5) / count, (s * 3 % count + 0.5) / count)  # the mean is the middle
+            spread(sums, sub, offset)
             for i in range(first, last):
                 if sums[MIXED + i] > 0.0:
-                    a, b = sums[ACROSS + i], sums[ALONG + i]
-                    pixel = (a, b, *slopes(rays, row, column + i))
-                    share, far, bright = sample_edge(pixel, ball, moment.light, sub, offset)
-                    sums[COVERS + i] += share
-                    sums[DEPTHS + i] += share * far
-                    sums[LIGHTS + i] += share * bright
+                    sample_edge(sums, i, sub * sub, ball, light)
     for i in range(first, last):
         cover = sums[COVERS + i]
         scale = 1.0 / (cover if cover > 0.0 else 1.0)
@@ -86,12 +85,25 @@ def sample_ball(tile, sums, rays, place, part, moment):
 
 
 @kernel
+def place_rays(sums, rays, place, part):
+    """Write the rays of a part of a tile and their slopes, and clear the sums."""
+    column, row = place
+    for i in range(part[0], part[1]):
+        ax, bx, ay, by = slopes(rays, row, column + i)
+        sums[ACROSS_RIGHT + i], sums[ALONG_RIGHT + i] = ax, bx
+        sums[ACROSS_DOWN + i], sums[ALONG_DOWN + i] = ay, by
+        sums[HALF_WIDE + i] = 0.5 * (abs(ax) + abs(bx) + abs(ay) + abs(by))
+        sums[ACROSS + i], sums[ALONG + i] = rays[0, row, column + i], rays[1, row, column + i]
+        sums[COVERS + i], sums[DEPTHS + i], sums[LIGHTS + i] = 0.0, 0.0, 0.0
+
+
+@kernel
 def sample_insides(sums, n, ball, toward_light):
     """Add the ball of an instant where it covers pixels wholly; return whether some are mixed.
 
     Mixed are those that it may cover in part; MIXED tells which.
     """
-    x, y, z = ball[0], ball[1], ball[2]
+    x, y, z = ball
     beyond = x**2 + y**2 + z**2 - BALL_RADIUS**2
     some = False
     for i in range(n):
@@ -115,26 +127,42 @@ def sample_insides(sums, n, ball, toward_light):
 
 
 @kernel
-def sample_edge(pixel, ball, toward_light, sub, offset):
-    """Return the share of a pixel that the ball covers, its depth there, and its brightness."""
-    a, b, ax, bx, ay, by = pixel
-    beyond = ball[0] ** 2 + ball[1] ** 2 + ball[2] ** 2 - BALL_RADIUS**2
-    hits, depths, lights = 0, 0.0, 0.0
+def spread(sums, sub, offset):
+    """Write where in a pixel its rays are, -1/2 .. 1/2 to the right and down."""
     for i in range(sub):
         for j in range(sub):
-            u, v = (j + offset[0]) / sub - 0.5, (i + offset[1]) / sub - 0.5
-            p, q = a + u * ax + v * ay, b + u * bx + v * by
-            along = p * ball[0] + q * ball[1] + ball[2]
-            squared = p * p + q * q + 1.0
-            inside = along * along - squared * beyond
-            if inside >= 0.0:
-                depth = (along - math.sqrt(inside)) / squared
-                hits += 1
-                depths += depth
-                lights += ball_light(p, q, depth, ball, toward_light)
-    if hits == 0:
-        return 0.0, 0.0, 0.0
-    return hits / (sub * sub), depths / hits, lights / hits
+            sums[ASIDE + sub * i + j] = (j + offset[0]) / sub - 0.5
+            sums[BELOW + sub * i + j] = (i + offset[1]) / sub - 0.5
+
+
+@kernel
+def sample_edge(sums, place, n, ball, toward_light):
+    """Add the ball of an instant to a pixel that it may cover in part, by n rays."""
+    x, y, z = ball
+    beyond = x**2 + y**2 + z**2 - BALL_RADIUS**2
+    a, b = sums[ACROSS + place], sums[ALONG + place]
+    ax, bx = sums[ACROSS_RIGHT + place], sums[ALONG_RIGHT + place]
+    ay, by = sums[ACROSS_DOWN + place], sums[ALONG_DOWN + place]
+    for k in range(n):
+        u, v = sums[ASIDE + k], sums[BELOW + k]
+        p, q = a + u * ax + v * ay, b + u * bx + v * by
+        along, squared = p * x + q * y + z, p * p + q * q + 1.0
+        inside = along * along - squared * beyond
+        depth = (along - math.sqrt(max(inside, 0.0))) / max(squared, 1.0)
+        light = ball_light(p, q, depth, ball, toward_light)
+        sums[HIT + k] = 1.0 if inside >= 0.0 else 0.0
+        sums[DEPTH + k] = depth if inside >= 0.0 else 0.0
+        sums[BRIGHT + k] = light if inside >= 0.0 else 0.0
+    hits, depths, lights = 0.0, 0.0, 0.0
+    for k in range(n):
+        hits += sums[HIT + k]
+        depths += sums[DEPTH + k]
+        lights += sums[BRIGHT + k]
+    if hits > 0.0:
+        share = hits / n
+        sums[COVERS + place] += share
+        sums[DEPTHS + place] += share * (depths / hits)
+        sums[LIGHTS + place] += share * (lights / hits)
 
 
 @kernel
@@ -153,7 +181,11 @@ def slopes(rays, row, column):
 
 @kernel
 def ball_light(a, b, depth, ball, toward_light):
-    """Return the brightness of the point of the ball that a ray meets: ambient and Lambert."""
-    x, y, z = a * depth - ball[0], b * depth - ball[1], depth - ball[2]
-    cosine = (x * toward_light[0] + y * toward_light[1] + z * toward_light[2]) / BALL_RADIUS
+    """Return the brightness of the point of the ball that a ray meets: Lambert's.
+
+    That is ambient light and as much of the rest as the cosine to the light.
+    """
+    across, along = a * depth - ball[0], b * depth - ball[1]
+    cosine = across * toward_light[0] + along * toward_light[1]
+    cosine = (cosine + (depth - ball[2]) * toward_light[2]) / BALL_RADIUS
     return AMBIENT + (1.0 - AMBIENT) * max(cosine, 0.0)
