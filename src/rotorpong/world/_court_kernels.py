@@ -67,11 +67,11 @@ from rotorpong.world._survey_kernels import (
     LEG_OUTER,
     LEG_X,
     LENGTH,
-    MARGIN,
     NET_PLANE,
     NET_TOP,
     OPPONENT,
     PIECE,
+    POST,
     POST_SIDE,
     RISE_HIGH,
     RISE_LOW,
@@ -89,7 +89,7 @@ EDGE, MIDDLE = F(court.EDGE_LINE_WIDTH), F(court.CENTER_LINE_WIDTH / 2)
 NET_SIDE = F(court.NET_HALF_LENGTH)
 TAPE = F(court.NET_HEIGHT - court.NET_TAPE_HEIGHT)
 TAPE_HEIGHT = F(court.NET_TAPE_HEIGHT)
-CELL, CORD, POST = F(court.NET_CELL), F(court.NET_CORD), F(court.POST_WIDTH)
+CELL, CORD, MARGIN = F(court.NET_CELL), F(court.NET_CORD), F(0.1)
 LEG_INNER = F(court.LEG_Y - court.LEG_WIDTH / 2)
 AHEAD, ASIDE, UP = np.arange(3)  # axes
 

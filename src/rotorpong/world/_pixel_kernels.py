@@ -24,7 +24,7 @@ F = np.float32
 ZERO, QUARTER, HALF, ONE, TWO = F(0), F(0.25), F(0.5), F(1), F(2)
 TINY, FAR = F(1e-9), F(1e9)
 
-TILE = 160  # pixels
+TILE = 320  # pixels
 (
     BLUE, GREEN, RED,  # the colour so far
     X, Y, Z, PITCH,  # direction of the ray in the world, pixel's angle

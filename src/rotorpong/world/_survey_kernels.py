@@ -24,11 +24,14 @@ END, FIGURE, NET_PLANE, FRONT_LEGS, BACK_LEGS, TOP, BALL_BOX = np.arange(7)  # r
 PLANES, SPANS = 6, 7
 
 LENGTH, WIDTH = F(court.TABLE_HALF_LENGTH), F(court.TABLE_HALF_WIDTH)
-NET_TOP, POST_SIDE = F(court.NET_HEIGHT), F(court.NET_HALF_LENGTH + court.POST_WIDTH)
+NET_TOP, POST, POST_SIDE = (
+    F(court.NET_HEIGHT),
+    F(court.POST_WIDTH),
+    F(court.NET_HALF_LENGTH + court.POST_WIDTH),
+)
 LEG_X, LEG_OUTER = F(court.LEG_X), F(court.LEG_Y + court.LEG_WIDTH / 2)
 THICKNESS, GROUND = F(court.TABLE_THICKNESS), F(court.FLOOR_HEIGHT)
 OPPONENT, FIGURE_HALF_WIDTH, FIGURE_TOP = F(court.OPPONENT_X), F(0.6), F(1.05)
-MARGIN = F(0.1)  # m, above and below
 SLACK = F(1e-3)  # for rounding, where to look or not is only a question of time
 NARROW = F(1e-2)  # a ray that goes less along x may meet any plane across it
 HALF_TOP = THICKNESS * F(0.5)
@@ -73,18 +76,21 @@ def set_limits(limits, view):
     x, y, z = view[EYE, 0], view[EYE, 1], view[EYE, 2]
     end = (LENGTH if x >= ZERO else -LENGTH) - x
     limit(
-        limits, END, slopes_to(end, -MARGIN - z, MARGIN - z), slopes_to(end, -WIDTH - y, WIDTH - y)
+        limits,
+        END,
+        slopes_to(end, -THICKNESS - z, THICKNESS - z),
+        slopes_to(end, -WIDTH - y, WIDTH - y),
     )
     away = OPPONENT - x
     rises = slopes_to(away, GROUND - z, FIGURE_TOP - z)
     limit(limits, FIGURE, rises, slopes_to(away, -FIGURE_HALF_WIDTH - y, FIGURE_HALF_WIDTH - y))
-    rises = slopes_to(-x, -MARGIN - z, NET_TOP + MARGIN - z)
+    rises = slopes_to(-x, -POST - z, NET_TOP - z)
     limit(limits, NET_PLANE, rises, slopes_to(-x, -POST_SIDE - y, POST_SIDE - y))
     away = LEG_X - x
-    rises = slopes_to(away, GROUND - MARGIN - z, MARGIN - z)
+    rises = slopes_to(away, GROUND - z, -THICKNESS - z)
     limit(limits, FRONT_LEGS, rises, slopes_to(away, -LEG_OUTER - y, LEG_OUTER - y))
     away = -LEG_X - x
-    rises = slopes_to(away, GROUND - MARGIN - z, MARGIN - z)
+    rises = slopes_to(away, GROUND - z, -THICKNESS - z)
     limit(limits, BACK_LEGS, rises, slopes_to(away, -LEG_OUTER - y, LEG_OUTER - y))
     limit(limits, TOP, slopes_to_top(x, z), (-FAR, FAR))
 
