@@ -178,7 +178,7 @@ def slopes_to_top(x, z):
 
 @kernel
 def meets(pieces, p, low, high, left, right):
-    """Tell whether rays of a piece may rise between low and high and turn between left and right."""
+    """Tell whether rays of a piece may rise by low to high and turn by left to right."""
     b, k = p >> SHIFT, p & LAST_LANE
     steeply = (pieces[b, RISE_HIGH + k] > low) & (pieces[b, RISE_LOW + k] < high)
     return steeply & (pieces[b, TURN_HIGH + k] > left) & (pieces[b, TURN_LOW + k] < right)

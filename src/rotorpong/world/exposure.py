@@ -85,14 +85,9 @@ def expose(
     require_camera(camera)
     lens = lens_at_door(camera)
     box = region_at_door(camera, region)
-    return take(
-        lens,
-        box,
-        _shutter(camera, motion, frame_time),
-        INSTANTS if camera.exposure_s > 0.0 else 1,
-        paint_of(scene, camera.gamma),
-        _sensor(camera, key),
-    )
+    shutter = _shutter(camera, motion, frame_time)
+    exposed = shutter, INSTANTS if camera.exposure_s > 0.0 else 1
+    return take(lens, box, exposed, paint_of(scene, camera.gamma), _sensor(camera, key))
 
 
 def _shutter(camera: Camera, motion: Motion, frame_time: float) -> Shutter:

