@@ -2,12 +2,12 @@
 
 import math
 
-import numpy as np
-
 from rotorpong.conventions import BALL_RADIUS
 from rotorpong.kernels import kernel, spliced_kernel
 from rotorpong.world import court
 from rotorpong.world._pixel_kernels import (
+    AHEAD,
+    ASIDE,
     BEYOND,
     BLUE,
     COVER,
@@ -37,6 +37,7 @@ from rotorpong.world._pixel_kernels import (
     TABLE_Y,
     TINY,
     TWO,
+    UP,
     WALL,
     ZERO,
     F,
@@ -91,7 +92,6 @@ TAPE = F(court.NET_HEIGHT - court.NET_TAPE_HEIGHT)
 TAPE_HEIGHT = F(court.NET_TAPE_HEIGHT)
 CELL, CORD, MARGIN = F(court.NET_CELL), F(court.NET_CORD), F(0.1)
 LEG_INNER = F(court.LEG_Y - court.LEG_WIDTH / 2)
-AHEAD, ASIDE, UP = np.arange(3)  # axes
 
 RADIUS, SHADE_RADIUS = F(BALL_RADIUS), F(0.026)
 SHEEN, FRONT_LIGHT, SIDE_LIGHT = F(0.22), F(0.55), F(0.45)

@@ -38,6 +38,7 @@ TILE = 320  # pixels
 ) = (TILE * row for row in range(29))  # fmt: skip
 TILE_SIZE = TILE * 29
 EYE, RIGHT, DOWN, FORWARD = range(4)  # rows of a view
+AHEAD, ASIDE, UP = np.arange(3)  # its columns, the axes of the world
 
 COLOURS = (
     "ball", "table", "line", "net", "steel", "floor", "seam", "wall", "wainscot", "window",

@@ -6,6 +6,8 @@ from rotorpong.kernels import kernel, spliced_kernel
 from rotorpong.world._court_kernels import layers, see_table
 from rotorpong.world._moment_kernels import BALL_POSITION, bound_row, look, look_for_ball
 from rotorpong.world._pixel_kernels import (
+    AHEAD,
+    ASIDE,
     BALL,
     BALL_COVER,
     BALL_LIGHT,
@@ -19,6 +21,7 @@ from rotorpong.world._pixel_kernels import (
     NEAR,
     PITCH,
     RED,
+    UP,
     ZERO,
     F,
     X,
@@ -94,7 +97,7 @@ def cast(tile, n, rays, place, view):
     """Start a tile: its rays in the world."""
     start, row = place
     across, down, pitch = rays[0, row, start:], rays[1, row, start:], rays[2, row, start:]
-    x, y, z = axis_of(view, 0), axis_of(view, 1), axis_of(view, 2)
+    x, y, z = axis_of(view, AHEAD), axis_of(view, ASIDE), axis_of(view, UP)
     for i in range(n):
         a, b = across[i], down[i]
         tile[X + i], tile[Y + i], tile[Z + i] = toward(a, b, x), toward(a, b, y), toward(a, b, z)

@@ -30,6 +30,7 @@ from rotorpong.world._pixel_kernels import (
     TEXELS_PER_METRE,
     TINY,
     TWO,
+    UP,
     WAINSCOT,
     WALL,
     WALL_Z,
@@ -68,7 +69,6 @@ ALONG, SHIFT = F(0.12), F(7.3)  # planks: grain stretched along x, shifted from 
 LAMP_PERIOD, LAMP_WIDTH, LAMP_LENGTH = F(2.0), F(0.35), F(1.2)
 SIDE_LIGHT, CORNER_LIGHT, CORNER_SLOPE, ALMOST = F(0.93), F(0.78), F(0.176), F(1e-4)
 RAMP_SLOPE, SHADE = F(1.43), F(0.35)
-UP = np.int64(2)  # axis
 
 
 @kernel

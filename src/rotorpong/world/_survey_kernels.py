@@ -13,7 +13,21 @@ import numpy as np
 
 from rotorpong.kernels import kernel
 from rotorpong.world import court
-from rotorpong.world._pixel_kernels import DOWN, EYE, FAR, FORWARD, ONE, RIGHT, TINY, TWO, ZERO, F
+from rotorpong.world._pixel_kernels import (
+    AHEAD,
+    ASIDE,
+    DOWN,
+    EYE,
+    FAR,
+    FORWARD,
+    ONE,
+    RIGHT,
+    TINY,
+    TWO,
+    UP,
+    ZERO,
+    F,
+)
 
 PIECE = 32  # pixels
 LANES, SHIFT = 16, 4  # pieces in a block, and its logarithm: loops over a block leave no rest
@@ -109,7 +123,7 @@ def measure(pieces, bounds, view):
     A pixel that spans p of X/Z spans less than p (1 + |turn|) sqrt(2) / |dx| of a turn. Rays of
     which some go ahead and some back have any.
     """
-    x, y, z = axis_of(view, 0), axis_of(view, 1), axis_of(view, 2)
+    x, y, z = axis_of(view, AHEAD), axis_of(view, ASIDE), axis_of(view, UP)
     for p in range(LANES):
         left, right = bounds[A_LOW + p], bounds[A_HIGH + p]
         low, high = bounds[B_LOW + p], bounds[B_HIGH + p]
@@ -167,13 +181,14 @@ def slopes_to(away, low, high):
 def slopes_to_top(x, z):
     """Return between which rises the table's plane is met on the table, any from above it.
 
-    A ray meets the plane at x + (level - z) / rise.
+    A ray meets the plane at x + (level - z) / rise. Towards the horizon, where it rises by 0, a
+    pixel spans more and more of the plane and so ever a little of the table.
     """
     away = (ZERO if z >= -HALF_TOP else -THICKNESS) - z
     if abs(x) < LENGTH + SLACK or abs(away) < SLACK:
         return -FAR, FAR
     one, other = away / (LENGTH - x), away / (-LENGTH - x)
-    return min(one, other) - SLACK, max(one, other) + SLACK
+    return min(min(one, other), ZERO) - SLACK, max(max(one, other), ZERO) + SLACK
 
 
 @kernel
