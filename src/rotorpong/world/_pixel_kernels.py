@@ -1,9 +1,11 @@
 """What every painted surface needs, compiled: spans, coverage, texture, colour.
 
-A picture is painted in tiles, pieces of a row that fit the processor's first cache, layer over
-layer, far to near, in single precision. A ray is p(t) = o + t d with d of unit depth in the camera
-frame, so t is depth. On a plane, what a pixel spans along an axis is taken as an interval, and its
-overlap with a line, a cord, a pane is a length: edges are covered without samples.
+A picture is painted in tiles, parts of a row, layer over layer, far to near, in single precision.
+What one layer needs of a tile fits the processor's first cache; in shorter tiles all of it would,
+but each call of a kernel costs as much as twenty pixels. A ray is p(t) = o + t d with d of unit
+depth in the camera frame, so t is depth. On a plane, what a pixel spans along an axis is taken as
+an interval, and its overlap with a line, a cord, a pane is a length: edges are covered without
+samples.
 
 All that is known of a tile lies in one flat array, one quantity after the other, at offsets that
 are constants of the compiler: it then knows that no two of them overlap, and a loop without
@@ -24,7 +26,7 @@ F = np.float32
 ZERO, QUARTER, HALF, ONE, TWO = F(0), F(0.25), F(0.5), F(1), F(2)
 TINY, FAR = F(1e-9), F(1e9)
 
-TILE = 320  # pixels
+TILE = 640  # pixels
 (
     BLUE, GREEN, RED,  # the colour so far
     X, Y, Z, PITCH,  # direction of the ray in the world, pixel's angle

@@ -130,23 +130,28 @@ def wall_places(tile, n, texels, view):
 @kernel
 def walls(tile, n, colours, panelled):
     """Lay the four walls with wainscot and rail; floor and ceiling cover the rest."""
-    for i in range(n):
-        corner = min(CORNER_LIGHT + (tile[WALL_Z + i] - GROUND) * CORNER_SLOPE, ONE)
-        tile[LIGHT + i] = tile[SEEN + i] * corner * (ONE + tile[LIGHT + i])
-    if panelled:
-        for i in range(n):
-            height, soft = tile[WALL_Z + i], tile[SPAN_U + i]
-            tile[COVER + i] = step(height - RAIL_MIDDLE, soft)
-            tile[T + i] = overlap(height, WAINSCOT_TOP, RAIL_TOP, soft)
-        lay_panels(tile[BLUE:], tile, n, colours[:, 0])
-        lay_panels(tile[GREEN:], tile, n, colours[:, 1])
-        lay_panels(tile[RED:], tile, n, colours[:, 2])
-    else:
+    if not panelled:
         blue, green, red = colours[WALL, 0], colours[WALL, 1], colours[WALL, 2]
         for i in range(n):
-            light = tile[LIGHT + i]
+            light = wall_light(tile[WALL_Z + i], tile[SEEN + i], tile[LIGHT + i])
             tile[BLUE + i], tile[GREEN + i] = blue * light, green * light
             tile[RED + i] = red * light
+        return
+    for i in range(n):
+        height, soft = tile[WALL_Z + i], tile[SPAN_U + i]
+        tile[LIGHT + i] = wall_light(height, tile[SEEN + i], tile[LIGHT + i])
+        tile[COVER + i] = step(height - RAIL_MIDDLE, soft)
+        tile[T + i] = overlap(height, WAINSCOT_TOP, RAIL_TOP, soft)
+    lay_panels(tile[BLUE:], tile, n, colours[:, 0])
+    lay_panels(tile[GREEN:], tile, n, colours[:, 1])
+    lay_panels(tile[RED:], tile, n, colours[:, 2])
+
+
+@kernel
+def wall_light(height, side, texture):
+    """Return how bright a wall is at a height: darker on the sides and towards the floor."""
+    corner = min(CORNER_LIGHT + (height - GROUND) * CORNER_SLOPE, ONE)
+    return side * corner * (ONE + texture)
 
 
 @kernel

@@ -223,7 +223,7 @@ def blank_tile() -> Work:
     """Return the kernels' room for a tile, without bounds in depth: see `Work`."""
     tile = np.zeros(TILE_SIZE, np.float32)
     tile[BEYOND : BEYOND + TILE] = FAR
-    return tile, np.zeros(TILE, np.int32), np.zeros(SUMS_SIZE)
+    return tile, np.zeros(TILE, np.int32), np.empty(SUMS_SIZE)
 
 
 def lens_at_door(camera: Camera) -> Lens:
