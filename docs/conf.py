@@ -9,7 +9,6 @@ version = release = rotorpong.__version__
 
 extensions = ["myst_parser"]
 myst_heading_anchors = 3
-exclude_patterns = ["images/*.py"]
 
 html_theme = "furo"
 html_title = "rotorpong"

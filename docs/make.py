@@ -13,11 +13,9 @@ from pathlib import Path
 import cv2
 
 from rotorpong.drone import HOVER
-from rotorpong.lab.seeds import trial_generators
-from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec
+from rotorpong.lab.trial import new_drone, stage_of
 from rotorpong.physics.camera import ARDRONE2_720P, ideal
-from rotorpong.world.simulated_drone import SimulatedDrone
 
 DOCS = Path(__file__).resolve().parent
 TRIAL, FRAME = 3, 16  # a serve with the ball well in view, and when
@@ -44,6 +42,14 @@ EXAMPLES = (
     (
         "The same for a drone that only hovers; as JSON, cut after the first trial here.",
         "rotorpong evaluate --player hover --balls 50 --json",
+    ),
+    (
+        "Compare with others on the same balls: keep what they print, and name it. Of hover and "
+        "oracle together it tells the skill as well.",
+        "rotorpong evaluate --player hover --balls 50 --json > hover.json",
+        "rotorpong evaluate --player oracle --eyes truth --balls 50 --json > oracle.json",
+        "rotorpong evaluate --eyes truth --balls 50 --experience own.sqlite "
+        "--against hover.json oracle.json",
     ),
     (
         "Find the ball in a picture and locate it with that camera's calibration.",
@@ -79,13 +85,19 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         for name, source in (("onboard.png", "images"), ("flight.csv", "../examples")):
             (Path(folder) / name).symlink_to((DOCS / source / name).resolve())
-        parts = [f"{why}\n\n{shown(command, folder)}\n" for why, command in EXAMPLES]
+        parts = [f"{why}\n\n{shown(commands, folder)}\n" for why, *commands in EXAMPLES]
     (DOCS / "commands.md").write_text("\n".join([HEAD, *parts]))
 
 
-def shown(command: str, folder: str) -> str:
-    """Return a command with what it prints, as a block of text."""
-    program, *arguments = command.split()
+def shown(commands: list[str], folder: str) -> str:
+    """Return commands with what they print, as a block of text."""
+    return "\n".join(["```console", *(line for c in commands for line in run(c, folder)), "```"])
+
+
+def run(command: str, folder: str) -> list[str]:
+    """Return the lines of a command and of what it prints, unless that goes into a file."""
+    words, _, kept = command.partition(" > ")
+    program, *arguments = words.split()
     done = subprocess.run(
         [str(Path(sys.executable).with_name(program)), *arguments],
         cwd=folder,
@@ -95,11 +107,13 @@ def shown(command: str, folder: str) -> str:
         check=False,
     )
     lines = [line.rstrip() for line in (done.stdout + done.stderr).splitlines()]
-    if "--json" in arguments:
-        cut = lines[0].index("}")
-        lines = [lines[0][: cut + 1] + ", ...]}"]
-    lines = [line.replace(str(Path.home()), "~") for line in lines]
-    return "\n".join(["```console", f"$ {command}", *lines, "```"])
+    if kept:
+        (Path(folder) / kept).write_text(done.stdout)
+        lines = done.stderr.splitlines()
+    elif "--json" in arguments:
+        cut = lines[0].index("}", lines[0].index('"trials"'))
+        lines = [lines[0][: cut + 1] + ", ...], ...}"]
+    return [f"$ {command}", *(line.replace(str(Path.home()), "~") for line in lines)]
 
 
 def draw_onboard(path: Path) -> None:
@@ -108,11 +122,7 @@ def draw_onboard(path: Path) -> None:
     Without the sensor's noise, which makes a picture file four times as large.
     """
     spec = Spec(camera=ideal(ARDRONE2_720P), seed=1)
-    generators = trial_generators(spec.seed, "evaluate", TRIAL)
-    serve = serve_source(spec.serves, spec.seed)(TRIAL, generators.serve)
-    drone = SimulatedDrone(
-        serve, spec.setting(), vehicle_rng=generators.vehicle, sensor_rng=generators.sensors
-    )
+    drone = new_drone(stage_of(spec), TRIAL)
     for _ in range(FRAME):
         observation = drone.observe()
         drone.command(HOVER)

@@ -17,7 +17,12 @@ BAD = {
     "bench world --flights gone": "--flights gone: expected a folder of measured flights",
     "bench world --flights text": "--flights text: expected a folder of measured flights",
     "bench world --events gone": "--events gone: no such file or folder of measured events",
-    "bench world --out text": "--out text: is a file; expected a folder for figures",
+    "bench world --out text": "text: is a file; expected a folder",
+    "bench world --out text/figures": "expected a folder that can be written",
+    "bench world --flights empty --out new": "empty: 0 files, none of them a flight",
+    "bench world --flights few": "few: no free flight of 12 points and 0.12 s in 1 recordings",
+    "bench world --events empty --out new": "empty: 0 files, none of them with the header",
+    "bench world --events text": "text: begins with 'hello'; expected the header",
     "bench world --quick 3": "Unrecognized options: 3",
 }
 
@@ -26,6 +31,10 @@ BAD = {
 def test_bad_input_is_status_2_and_one_line(tmp_path, monkeypatch, capfd, line):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "text").write_text("hello")
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "few").mkdir()
+    rows = [f"{0.01 * i},{2 - 0.05 * i},0,0.3\n" for i in range(9)]
+    (tmp_path / "few" / "flight.csv").write_text("time_s,x_m,y_m,z_m\n" + "".join(rows))
     assert BAD[line] in complaint(capfd, line, tmp_path)
 
 

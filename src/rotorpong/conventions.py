@@ -45,6 +45,11 @@ class UnsolvableServeError(RotorpongError):
     """No launch within the rules meets the target."""
 
 
+def one_line(text: object) -> str:
+    """Return a text, or what an error says, on one line."""
+    return " ".join(str(text).split())
+
+
 def require_seed(seed: int) -> None:
     """Raise InputError unless a generator can start from `seed`."""
     if not 0 <= seed <= LARGEST_SEED:

@@ -46,6 +46,15 @@ def inlined_kernel(function: Callable[..., Any]) -> Any:
     return _compiled(function, forceinline=True, error_model="numpy")
 
 
+def spliced_kernel(function: Callable[..., Any]) -> Any:
+    """Make `function` a piece of source that numba puts into the kernels that call it.
+
+    It is not compiled by itself, which saves what compiling it would take, and arrays that it is
+    handed are not counted. For what is called from one place, and large.
+    """
+    return numba.njit(inline="always")(inspect.unwrap(function))
+
+
 def _compiled(function: Callable[..., Any], **options: Any) -> Any:
     plain = inspect.unwrap(function)
     if CACHE_FOLDER is None:

@@ -104,7 +104,7 @@ def test_what_is_wrong_with_a_file_is_named(path, text, old, new, named):
 def test_a_missing_file_or_folder_is_one_line(tmp_path):
     with pytest.raises(StoreError, match="No such file"):
         read_demonstrations(tmp_path / "none.json")
-    with pytest.raises(StoreError, match="No such file"):
+    with pytest.raises(StoreError, match="does not exist"):
         write_demonstrations(tmp_path / "none" / "x.json", [])
     with pytest.raises(StoreError, match="directory"):
         read_demonstrations(tmp_path)

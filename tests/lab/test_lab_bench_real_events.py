@@ -1,8 +1,12 @@
+import warnings
+
 import numpy as np
 import pytest
 
 from rotorpong.conventions import BALL_RADIUS, InputError
+from rotorpong.lab.bench import real_events
 from rotorpong.lab.bench.real_events import rows
+from rotorpong.lab.bench.rows import quantile_rows
 from rotorpong.lab.event_files import HEADER, read_events
 from rotorpong.physics.ball import Air, Ball, Surface, bounce
 from rotorpong.physics.flight_bounces import UP
@@ -104,6 +108,40 @@ def test_a_row_that_was_not_measured_breaks_no_other(tmp_path):
     got = values(rows(write(tmp_path / "match.csv", lines), quiet))
     assert got["events: rows without velocity"] == 1
     assert got["events: flights to a bounce"] == 150
+
+
+def test_events_that_lie_far_apart_are_no_flight(tmp_path):
+    """A leg of 1e6 s would be flown for hours."""
+    lines = match_lines()
+    for rally, seconds in ((900, 10.0), (901, 1e6)):
+        ball = Ball(np.array([0.0, 0.0, 0.1]), np.array([5.0, 0.0, 1.0]), np.zeros(3))
+        lines += [line(rally, 1, "shot_p1", 10.0, ball)]
+        lines += [line(rally, 2, "bounce_p2", 10.0 + seconds, ball)]
+    got = values(rows(write(tmp_path / "match.csv", lines), quiet))
+    assert got["events: flights to a bounce"] == 150
+
+
+def test_a_value_that_is_not_finite_is_left_out_of_its_quantiles():
+    finite = np.arange(20.0)
+    spoilt = np.concatenate([finite, [np.nan, np.inf, -np.inf]])
+    assert quantile_rows("x", spoilt, "1", fewest=20) == quantile_rows("x", finite, "1", fewest=20)
+    assert quantile_rows("x", spoilt[1:], "1", fewest=20) == []
+
+
+def test_a_ball_that_comes_in_level_breaks_no_row(tmp_path, monkeypatch, capfd):
+    bounces = real_events.bounces_of
+
+    def level(match, fit):
+        found = bounces(match, fit)
+        found.before.velocity[:3, 2] = 0.0
+        return found
+
+    monkeypatch.setattr(real_events, "bounces_of", level)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = rows(write(tmp_path / "match.csv", match_lines()), quiet)
+    assert all(row.as_json() for row in found)
+    assert "events: restitution, velocities as given, median (n = 147)" in {r.name for r in found}
 
 
 def test_every_row_has_a_finite_value_and_a_name_of_its_own(tmp_path):

@@ -167,7 +167,7 @@ def test_a_file_of_the_same_name_that_is_not_its_own_is_refused_and_kept(tmp_pat
 
 def test_a_folder_named_like_the_report_is_refused(tmp_path):
     (tmp_path / REPORT).mkdir()
-    with pytest.raises(InputError, match="not written by a demo"):
+    with pytest.raises(InputError, match="is a folder; expected a file"):
         run_demo(tmp_path, size=SMALL)
 
 

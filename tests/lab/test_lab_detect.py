@@ -103,7 +103,7 @@ def test_nothing_to_look_at_is_refused(tmp_path):
 def test_a_file_is_no_folder_for_annotated_pictures(picture):
     with pytest.raises(InputError, match="is a file: expected a folder"):
         found(picture, out=picture)
-    with pytest.raises(InputError, match="cannot write"):
+    with pytest.raises(InputError, match="cannot be made"):
         found(picture, out=picture / "below")
 
 
@@ -140,3 +140,8 @@ def test_every_frame_of_a_video_is_looked_at_in_order(tmp_path):
     assert [entry["frame"] for entry in answer["pictures"]] == list(range(20))
     x = [entry["balls"][0]["x_px"] for entry in answer["pictures"]]
     np.testing.assert_allclose(x, 300.0 + 4.0 * np.arange(20), atol=1.0)
+
+
+def test_a_colour_asked_for_twice_is_found_once(picture):
+    once, twice = (found(picture, colours=c) for c in (("orange",), ("orange", "orange")))
+    assert once == twice

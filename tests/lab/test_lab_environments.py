@@ -78,7 +78,7 @@ GAMES = (
 @pytest.mark.parametrize("name", [INTERCEPT, VISION])
 @pytest.mark.parametrize("game", GAMES, ids=str)
 def test_an_episode_is_the_trial_that_evaluate_plays(name, game):
-    env = gymnasium.make(name, **game)
+    env = gymnasium.make(name, purpose="evaluate", **game)
     trials = range(12 if name == INTERCEPT else 2)
     ends = set()
     for trial in trials:
@@ -91,7 +91,7 @@ def test_an_episode_is_the_trial_that_evaluate_plays(name, game):
 
 @pytest.mark.parametrize("vehicle", ["tum_gazebo", "ardrone2"])
 def test_a_randomised_trial_meets_the_drone_ball_camera_and_room_of_evaluate(vehicle):
-    game = arena(vehicle=vehicle, camera="ardrone2_720p", randomize=True)
+    game = arena(vehicle=vehicle, camera="ardrone2_720p", purpose="evaluate", randomize=True)
     spec = Spec("hover", vehicle=vehicle, camera="ardrone2_720p", seed=SEED, randomize=True)
     stage = Stage(spec, spec.setting(), serve_source("human", SEED), "evaluate")
     vehicles = set()
@@ -113,7 +113,7 @@ def test_an_action_is_a_share_of_the_nominal_vehicles_limits_whatever_is_drawn()
 
 
 def test_the_same_seed_and_trial_give_the_same_episode_and_others_do_not():
-    env = gymnasium.make(INTERCEPT, purpose="train")
+    env = gymnasium.make(INTERCEPT)
     first = env.reset(seed=3)[0]
     second = env.reset()[0]
     assert np.array_equal(env.reset(seed=3)[0], first)
@@ -122,6 +122,21 @@ def test_the_same_seed_and_trial_give_the_same_episode_and_others_do_not():
     assert not np.array_equal(env.reset(seed=4)[0], first)
     other = gymnasium.make(INTERCEPT, purpose="evaluate")
     assert not np.array_equal(other.reset(seed=3)[0], first)
+
+
+@pytest.mark.parametrize("name", [INTERCEPT, VISION, PRIMITIVE])
+def test_nobody_learns_on_the_serves_that_evaluate_throws_unless_asked(name):
+    seen = {
+        purpose: gymnasium.make(name, **keywords).reset(seed=3)[0]
+        for purpose, keywords in (
+            ("default", {}),
+            ("train", {"purpose": "train"}),
+            ("evaluate", {"purpose": "evaluate"}),
+        )
+    }
+    default, train, evaluate = ({"all": s} if name != VISION else s for s in seen.values())
+    assert all(np.array_equal(default[part], train[part]) for part in default)
+    assert not any(np.array_equal(default[part], evaluate[part]) for part in default)
 
 
 @pytest.mark.parametrize("randomize", [False, True])
@@ -259,7 +274,7 @@ def test_what_is_reachable_is_told_by_whoever_can_tell():
 
 
 def test_an_environment_tells_what_evaluate_calls_reachable():
-    env = gymnasium.make(INTERCEPT, serves="hard", vehicle="ardrone2")
+    env = gymnasium.make(INTERCEPT, serves="hard", vehicle="ardrone2", purpose="evaluate")
     told = []
     for trial in range(12):
         env.reset(seed=5, options={"trial": trial})

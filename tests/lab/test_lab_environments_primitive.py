@@ -27,7 +27,8 @@ SEED, BALLS = 3, 12
 def test_the_papers_own_hitting_points_give_what_evaluate_gives(eyes, randomize):
     spec = Spec(player="paper", eyes=eyes, seed=SEED, randomize=randomize)
     balls = BALLS if eyes == "truth" else 3
-    env = gymnasium.make(PRIMITIVE, eyes=eyes, randomize=randomize).unwrapped
+    game = {"purpose": "evaluate", "randomize": randomize}
+    env = gymnasium.make(PRIMITIVE, eyes=eyes, **game).unwrapped
     for index, result in enumerate(evaluate(spec, balls)):
         env.reset(seed=SEED if index == 0 else None)
         info = env.step(env.paper_action())[-1]
@@ -76,7 +77,7 @@ def test_gymnasiums_own_checks_pass_without_a_warning():
 
 
 def test_rubber_pays_for_depth_on_the_opponents_side_and_cardboard_for_the_middle():
-    env = gymnasium.make(PRIMITIVE, racket="rubber").unwrapped
+    env = gymnasium.make(PRIMITIVE, racket="rubber", purpose="evaluate").unwrapped
     paid = []
     for trial in range(BALLS):
         env.reset(seed=SEED if trial == 0 else None)

@@ -2,23 +2,27 @@
 
 import json
 from dataclasses import asdict, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from lab_bench import LOOKING, RAISING, STILL, write_player
 
+from rotorpong import __version__
 from rotorpong.conventions import InputError
 from rotorpong.drone import OUTCOMES
 from rotorpong.experience import shipped_demonstrations
-from rotorpong.lab.evaluate import Knowledge, evaluate, make_player, summary
+from rotorpong.lab.evaluate import Knowledge, evaluate, header, make_player, summary
 from rotorpong.lab.spec import Spec
+from rotorpong.physics.camera import GAZEBO
 
 PAPER = Spec(eyes="truth")
 KEYS = {
     *("player", "eyes", "vehicle", "camera", "serves", "balls", "seed", "hits", "hit_rate"),
     *("hit_rate_interval", "reachable", "hits_of_reachable", "hit_rate_of_reachable"),
     *("near_hits", "returned", "miss_distance_median_m", "trials"),
-    *("racket", "blackout", "randomize"),
+    *("racket", "blackout", "randomize", "experience", "contents", "version"),
+    "hit_rate_of_reachable_interval",
 }
 TRIAL_KEYS = {"index", "outcome", "reachable", "miss_distance_m", "time_error_s", "landing_x_m"}
 
@@ -70,6 +74,8 @@ def test_the_summary_adds_up(paper):
     assert (found["hits"], found["hit_rate"]) == (hits, hits / 12)
     low, high = found["hit_rate_interval"]
     assert low <= found["hit_rate"] <= high
+    low, high = found["hit_rate_of_reachable_interval"]
+    assert low <= found["hit_rate_of_reachable"] <= high
     missed = [t["miss_distance_m"] for t in found["trials"] if t["outcome"] != "hit"]
     assert found["miss_distance_median_m"] == pytest.approx(np.median(missed))
 
@@ -77,7 +83,12 @@ def test_the_summary_adds_up(paper):
 def test_the_summary_names_everything_that_was_asked_for():
     spec = Spec("hover", "paper", "ardrone2", "gazebo", "hard", 3, racket="rubber", randomize=True)
     spec = replace(spec, blackout=True)
-    assert summary(spec, ()).items() >= asdict(spec).items()
+    found = summary(spec, (), header(spec, 0, Path("own.sqlite")))
+    assert found.items() >= asdict(spec).items()
+    assert (found["experience"], found["version"]) == ("own.sqlite", __version__)
+    assert (summary(spec, ())["experience"], found["contents"]) == (None, {})
+    own = replace(spec, camera=replace(GAZEBO, focal_length_px=(370.0, 370.0)))
+    assert set(summary(own, ())["contents"]) == {"camera"}
 
 
 def test_of_nothing_there_are_no_rates():
@@ -163,4 +174,8 @@ def test_a_player_that_raises_plays_faults_and_the_rest_goes_on(tmp_path, capsys
     results = evaluate(Spec(name), 2)
     assert [result.outcome for result in results] == ["fault"] * 2
     assert capsys.readouterr().err.count("ValueError: no way") == 2
-    json.dumps(summary(Spec(name), results), allow_nan=False)
+    found = summary(Spec(name), results)
+    json.dumps(found, allow_nan=False)
+    assert found["miss_distance_median_m"] is None
+    for trial in found["trials"]:
+        assert trial["miss_distance_m"] is trial["time_error_s"] is None

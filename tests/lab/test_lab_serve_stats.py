@@ -4,7 +4,9 @@ import json
 
 import pytest
 
+from rotorpong import __version__
 from rotorpong.lab.evaluate import evaluate
+from rotorpong.lab.serve_files import SERVE_COLUMNS
 from rotorpong.lab.serve_stats import serve_stats
 from rotorpong.lab.spec import Spec
 from rotorpong.lab.statistics import wilson_interval
@@ -20,8 +22,11 @@ def human():
 
 def test_the_answer_is_json_with_ordered_quantiles(human):
     assert json.loads(json.dumps(human, allow_nan=False)) == {
-        **human, "hover_hit_rate_interval": list(human["hover_hit_rate_interval"])
-    }  # fmt: skip
+        **human,
+        "hover_hit_rate_interval": list(human["hover_hit_rate_interval"]),
+        "share_reachable_interval": list(human["share_reachable_interval"]),
+    }
+    assert (human["vehicle"], human["version"]) == ("tum_gazebo", __version__)
     for key in ("flight_time_s", "time_after_plane_s", "last_sight_before_contact_s"):
         assert list(human[key]) == ["p05", "p50", "p95"]
         assert human[key]["p05"] <= human[key]["p50"] <= human[key]["p95"]
@@ -41,6 +46,18 @@ def test_hover_hits_what_evaluate_says_it_hits(human):
     assert human["hover_hit_rate"] == hits / 16
     assert human["hover_hit_rate_interval"] == wilson_interval(hits, 16)
     assert human["share_reachable"] == 1.0
+    assert human["share_reachable_interval"] == wilson_interval(16, 16)
+    assert human["never_at_plane"] == human["never_in_picture"] == 0
+
+
+def test_balls_that_never_arrive_or_are_never_seen_are_counted(tmp_path):
+    """One as usual, one that falls to the floor far ahead, one that falls past above the view."""
+    rows = ["2,0,0.3,-7,0,2,0,0,0,0.15,0.94,0.23", "5,0,0.3,-0.1,0,0,0,0,0,0.15,0.94,0.23"]
+    rows.append("-1.5,0,3,-0.5,0,0,0,0,0,0.15,0.94,0.23")
+    (tmp_path / "three.csv").write_text("\n".join([",".join(SERVE_COLUMNS), *rows]) + "\n")
+    found = serve_stats(Spec("hover", serves=str(tmp_path / "three.csv")), 3)
+    assert (found["never_at_plane"], found["never_in_picture"]) == (1, 1)
+    assert set(found["contents"]) == {"serves"}
 
 
 def test_constant_serves_vary_less_than_human_ones(human):

@@ -1,9 +1,11 @@
-"""Wilson's interval against scipy's."""
+"""Wilson's interval against scipy's, McNemar's test against the binomial sum."""
+
+from math import comb
 
 import pytest
 from scipy.stats import binomtest
 
-from rotorpong.lab.statistics import rate, wilson_interval
+from rotorpong.lab.statistics import mcnemar, rate, skill, wilson_interval
 
 
 @pytest.mark.parametrize("trials", [1, 2, 10, 137, 1000])
@@ -31,6 +33,22 @@ def test_hits_and_misses_are_treated_alike():
 def test_more_trials_make_it_narrower():
     widths = [high - low for low, high in (wilson_interval(n // 4, n) for n in (8, 80, 800))]
     assert widths[0] > widths[1] > widths[2]
+
+
+@pytest.mark.parametrize(("won", "lost"), [(0, 1), (5, 5), (14, 13), (94, 25), (170, 9)])
+def test_mcnemars_test_sums_both_tails_of_the_binomial(won, lost):
+    n, least = won + lost, min(won, lost)
+    tail = sum(comb(n, k) for k in range(least + 1)) / 2**n
+    assert mcnemar(won, lost) == mcnemar(lost, won) == pytest.approx(min(1.0, 2.0 * tail))
+
+
+def test_nothing_that_changed_is_no_evidence():
+    assert mcnemar(0, 0) == 1.0
+
+
+def test_skill_is_0_at_hover_1_at_the_oracle_and_nothing_without_a_scale():
+    assert [skill(rate, 0.1, 0.9) for rate in (0.1, 0.5, 0.9)] == pytest.approx([0.0, 0.5, 1.0])
+    assert skill(0.5, 0.4, 0.4) is skill(0.5, 0.6, 0.4) is None
 
 
 def test_nothing_has_no_rate():

@@ -19,6 +19,7 @@ from rotorpong.lab.tables import (
 TIMES = ("flight_time_s", "time_after_plane_s", "last_sight_before_contact_s")
 SHARES = (
     "share_reachable",
+    "share_reachable_interval",
     "share_in_picture",
     "share_in_picture_at_plane",
     "hover_hit_rate_interval",
@@ -68,7 +69,10 @@ def test_a_summary_without_misses_shows_a_dash():
     assert "100.0 %" in shown(summary_table(summary(Spec(), [hit])))
 
 
-def test_names_in_brackets_are_shown_as_they_are():
+def test_names_in_brackets_are_shown_as_they_are(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "[").mkdir()
+    (tmp_path / "[" / "nonsense].csv").touch()
     own = Spec("[red]players[/red]/own.py:Own", serves="[/nonsense].csv")
     text = shown(summary_table(summary(own, [Result(0, "miss", 0.2, None, None, reachable=True)])))
     assert "[red]players[/red]/own.py:Own" in text
@@ -82,8 +86,12 @@ def test_names_in_brackets_are_shown_as_they_are():
         **{"balls": 1, "serves": "[/z].csv", "camera": "[/c].json", "hover_hit_rate": None},
         **dict.fromkeys(TIMES, quantiles),
         **dict.fromkeys(SHARES),
+        **{"vehicle": "[/v]", "never_at_plane": 3, "never_in_picture": 0},
     }
     text = shown(stats_table(stats))
+    assert "reachable for [/v]" in text
+    assert "never pass the blade" in text
+    assert "never in the picture" not in text
     assert "[/z].csv" in text
     assert "[/c].json" in text
     assert "- / 1.00 / 2.00" in text

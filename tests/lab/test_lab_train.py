@@ -1,13 +1,16 @@
 """A trial acknowledged is a trial kept, whatever is done to the process."""
 
+import json
 import os
 import signal
 import sqlite3
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from lab_bench import STILL, write_player
 
@@ -15,8 +18,11 @@ from rotorpong.conventions import InputError, StoreError
 from rotorpong.experience import open_store, shipped_demonstrations
 from rotorpong.experience.truth import truth_rows
 from rotorpong.lab.evaluate import Knowledge, evaluate
+from rotorpong.lab.serve_files import write_serves
+from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec
 from rotorpong.lab.train import MOST_BALLS_PER_HIT, knowledge_of, train
+from rotorpong.physics.camera import GAZEBO
 
 SPEC = Spec(eyes="truth", seed=4)
 HITS = 2
@@ -160,6 +166,50 @@ def test_another_run_cannot_be_resumed_and_is_told_why(trained, other, field):
         train(other, HITS, trained[0], resume=True)
     assert field in str(refusal.value)
     assert rows(trained[0]) == before
+
+
+def write_camera(path, focal):
+    lens = {"fx": focal, "fy": focal, "cx": 320.5, "cy": 180.5, "width": 640, "height": 360}
+    path.write_text(json.dumps(lens))
+
+
+def test_a_file_of_a_run_may_be_renamed_but_not_changed(tmp_path):
+    """Resume compares what the files hold, not what they are called."""
+    camera, serves, run = tmp_path / "c.json", tmp_path / "s.csv", tmp_path / "run.sqlite"
+    write_camera(camera, 370)
+    serve = serve_source("human", 0)(0, np.random.default_rng(0))
+    write_serves(serves, [serve])
+    spec = Spec(eyes="truth", camera=str(camera), serves=str(serves))
+    short = train(spec, 1, run)
+    (tmp_path / "moved").mkdir()
+    moved = replace(
+        spec,
+        camera=str(camera.rename(tmp_path / "moved" / "other.json")),
+        serves=str(serves.rename(tmp_path / "moved" / "other.csv")),
+    )
+    assert train(moved, 1, run, resume=True) == short
+    before = rows(run)
+    write_camera(Path(moved.camera), 380)
+    with pytest.raises(
+        StoreError, match=r"another run: camera is a file with sha256 .*, given a f"
+    ):
+        train(moved, 1, run, resume=True)
+    write_camera(Path(moved.camera), 370)
+    write_serves(Path(moved.serves), [serve, serve])
+    with pytest.raises(StoreError, match="another run: serves is a file with sha256"):
+        train(moved, 1, run, resume=True)
+    with pytest.raises(StoreError, match='given "gazebo"'):
+        train(replace(spec, camera="gazebo", serves=moved.serves), 1, run, resume=True)
+    assert rows(run) == before
+
+
+def test_a_camera_of_ones_own_is_not_the_profile_whose_name_it_has(tmp_path):
+    run = tmp_path / "run.sqlite"
+    done = train(SPEC, 1, run)
+    assert train(replace(SPEC, camera=GAZEBO), 1, run, resume=True) == done
+    own = replace(GAZEBO, focal_length_px=(370.0, 370.0))
+    with pytest.raises(StoreError, match="another run: camera is"):
+        train(replace(SPEC, camera=own), 1, run, resume=True)
 
 
 def test_players_that_cannot_learn_are_refused(tmp_path):

@@ -4,17 +4,16 @@ import numpy as np
 import pytest
 
 from rotorpong.drone import HOVER, Drone, VelocityCommand
-from rotorpong.lab.serving import serve_source
+from rotorpong.lab.footage import play_again
 from rotorpong.lab.spec import Spec
-from rotorpong.lab.trial import Stage, play_trial
+from rotorpong.lab.trial import play_trial, stage_of
 from rotorpong.play.hover import Hover
 
 UNSEEN_BALL = 0  # of seed 0: a hovering drone misses it by far
 
 
 def stage(purpose="evaluate", **spec):
-    made = Spec(**spec)
-    return Stage(made, made.setting(), serve_source(made.serves, made.seed), purpose)
+    return stage_of(Spec(**spec), purpose)
 
 
 class Playing:
@@ -75,6 +74,66 @@ def test_a_player_that_raises_has_played_a_fault(error, capsys):
     played = play_trial(stage(), 1, Playing(act))
     assert played.outcome == "fault"
     assert capsys.readouterr().err.startswith(f"rotorpong: trial 1: {type(error).__name__}: ")
+
+
+def test_a_serve_that_a_player_broke_off_has_no_miss_distance_and_one_that_was_over_has():
+    def act(*_):
+        raise ValueError
+
+    class Late:
+        def play(self, drone, eyes, rng):
+            while drone.observe() is not None:
+                pass
+            raise ValueError
+
+        def learn(self, verdict):
+            raise AssertionError
+
+    broken = play_trial(stage(), 1, Playing(act))  # this ball hits a hovering blade
+    assert broken.truth.miss_distance == 0.0
+    assert (broken.outcome, broken.miss_distance, broken.time_error) == ("fault", None, None)
+    late = play_trial(stage(), UNSEEN_BALL, Late())
+    assert late.outcome == "miss"
+    assert late.miss_distance == late.truth.miss_distance > 0.0
+
+
+@pytest.mark.parametrize("error", [ValueError("a\n b\nc"), GeneratorExit("a b c")])
+def test_what_a_player_raised_is_one_line(error, capsys):
+    def act(*_):
+        raise error
+
+    play_trial(stage(), 1, Playing(act))
+    assert capsys.readouterr().err == f"rotorpong: trial 1: {type(error).__name__}: a b c\n"
+
+
+@pytest.mark.parametrize("watched", [False, True])
+def test_a_player_that_goes_on_when_its_serve_is_over_is_stopped(watched, capsys):
+    class Deaf:
+        def play(self, drone, eyes, rng):
+            while True:
+                drone.observe()
+                drone.command(HOVER)
+
+        def learn(self, verdict):
+            raise AssertionError
+
+    play = play_again if watched else play_trial
+    played = play(stage(), UNSEEN_BALL, Deaf())
+    assert (played.played if watched else played).outcome == "miss"
+    assert "after it returned None: a serve is over then" in capsys.readouterr().err
+
+
+def test_a_player_may_ask_some_times_too_often(capsys):
+    class Slow:
+        def play(self, drone, eyes, rng):
+            for _ in range(500):
+                drone.observe()
+
+        def learn(self, verdict):
+            raise AssertionError
+
+    assert play_trial(stage(), UNSEEN_BALL, Slow()).outcome == "miss"
+    assert capsys.readouterr().err == ""
 
 
 def test_a_command_that_is_no_number_is_a_fault_of_the_player(capsys):

@@ -109,6 +109,16 @@ def test_an_error_in_a_worker_is_the_callers_and_prints_stay_off_stdout(tmp_path
     assert "never on stdout" in said.err
 
 
+def stumble(folder):
+    raise InputError(f"no seat in {folder}")
+
+
+def test_an_error_at_the_beginning_of_a_worker_is_the_callers(capfd):
+    with pytest.raises(InputError, match="no seat in the room"):
+        list(in_workers(square, [1, 2, 3], workers=2, begin=stumble, arguments=("the room",)))
+    assert capfd.readouterr().err == ""
+
+
 def test_a_worker_that_dies_is_reported(tmp_path):
     with pytest.raises(RotorpongError, match="a worker process died"):
         shared(die, [1, 1], str(tmp_path))

@@ -1,3 +1,4 @@
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -6,7 +7,8 @@ from hypothesis.extra import numpy as hnp
 from vision_drawing import GREY, ORANGE, WHITE, court, plain, with_ball
 
 from rotorpong.conventions import InputError
-from rotorpong.vision.detect import Colour, as_picture, detect
+from rotorpong.vision._search_kernels import find_reach, passes
+from rotorpong.vision.detect import COLOURS, Colour, as_picture, detect, find_blobs
 
 PLAUSIBLE = 0.15
 
@@ -45,6 +47,60 @@ def test_three_pixels_are_enough_over_every_part_of_the_court():
     for center in ((320.3, 80.2), (320.1, 300.4), (60.2, 250.3), (500.4, 40.1)):
         best = detect(with_ball(empty, center, 3.5))[0]
         assert (best.x_px, best.y_px) == pytest.approx(center, abs=1.0)
+
+
+@pytest.mark.parametrize("shape", [(360, 640), (720, 1280)])
+def test_blobs_are_those_of_a_search_through_the_whole_picture(shape):
+    """Two spots of the colour in opposite corners make it search all; both touch the border."""
+    rng = np.random.default_rng(6)
+    for diameter in (5.0, 9.0, 30.0):
+        picture = court(rng, shape)
+        for _ in range(3):
+            center = rng.uniform((100, 60), (shape[1] - 100, shape[0] - 60))
+            picture = with_ball(picture, center, diameter)
+        cornered = picture.copy()
+        cornered[:2, :2] = cornered[-2:, -2:] = ORANGE
+        blobs, others = find_blobs(picture), find_blobs(cornered)
+        inner = [blob for blob in others if not blob.on_border]
+        assert len(blobs) == len(inner) > 0
+        for blob, other in zip(blobs, inner, strict=True):
+            np.testing.assert_array_equal(blob.contour, other.contour)
+            assert blob.score == other.score
+
+
+LIMITS = [(colour.core, colour.upper) for colour in COLOURS.values()] + [
+    ((0, 30, 40), (28, 200, 220)),
+    ((0, 1, 1), (12, 255, 255)),
+    ((100, 50, 20), (140, 150, 120)),
+]
+
+
+@pytest.mark.parametrize(("lower", "upper"), LIMITS)
+def test_no_pixel_within_a_colours_limits_is_left_out_of_the_search(lower, upper):
+    levels = np.concatenate([np.arange(0, 256, 7), [1, 2, 3, 89, 90, 91, 200, 253, 254, 255]])
+    cube = np.stack(np.meshgrid(levels, levels, levels), axis=-1).reshape(1, -1, 3)
+    cube = cube.astype(np.uint8)
+    within = cv2.inRange(cv2.cvtColor(cube, cv2.COLOR_BGR2HSV), lower, upper)[0] > 0
+    limits = np.array([lower, upper], np.float32)
+    passed = np.array([passes(*pixel, *limits) for pixel in cube[0]])
+    assert within.any()
+    assert not np.any(within & ~passed)
+
+
+def test_the_reach_is_the_least_box_around_what_passes():
+    rng = np.random.default_rng(7)
+    limits = np.array([COLOURS["orange"].core, COLOURS["orange"].upper], np.float32)
+    for _ in range(20):
+        picture = np.zeros((40, 50, 3), np.uint8)
+        spots = rng.integers(0, (40, 50), (rng.integers(0, 5), 2))
+        picture[spots[:, 0], spots[:, 1]] = ORANGE
+        reach = np.empty(4, np.int64)
+        find_reach(reach, picture.reshape(40, 150), *limits)
+        if len(spots) == 0:
+            assert reach[0] >= reach[2]
+        else:
+            expected = [*spots.min(axis=0)[::-1], *(spots.max(axis=0)[::-1] + 1)]
+            np.testing.assert_array_equal(reach, expected)
 
 
 @settings(max_examples=30, deadline=None)

@@ -203,5 +203,5 @@ def test_marks_surround_the_ball_and_leave_the_picture_alone(tmp_path):
 
 def test_a_folder_that_cannot_be_written_is_one_clear_error(tmp_path):
     result = next(detect_pictures([write(tmp_path / "ball.png")]))
-    with pytest.raises(InputError, match="cannot write"):
+    with pytest.raises(InputError, match="cannot be made"):
         write_annotated(result, tmp_path / "ball.png", index=0)

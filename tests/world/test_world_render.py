@@ -10,7 +10,17 @@ from rotorpong.conventions import BALL_RADIUS, InputError
 from rotorpong.geometry import quaternion_from_euler, rotation_from_quaternion
 from rotorpong.physics.camera import ARDRONE2_720P, GAZEBO, Camera, camera_from_body
 from rotorpong.world import court
-from rotorpong.world.render import Scene, ball_coverage, render
+from rotorpong.world._survey_kernels import A_HIGH, A_LOW, B_HIGH, B_LOW, LANES, Lens
+from rotorpong.world.render import (
+    IDEAL,
+    Scene,
+    ball_coverage,
+    lens_at_door,
+    paint_of,
+    render,
+    still,
+    take,
+)
 
 CAMERAS = pytest.mark.parametrize("camera", [GAZEBO, ARDRONE2_720P], ids=lambda c: c.name)
 BARE = Scene(opponent=False, texture_contrast=0.0, ball_shadow=0.0)
@@ -154,6 +164,26 @@ def test_a_region_has_the_pixels_of_the_whole_picture(camera):
         np.testing.assert_array_equal(box, whole[y0:y1, x0:x1])
     one = render(camera, position, rotation, ball, Scene(), region=(7, 9, 8, 10))
     np.testing.assert_array_equal(one, whole[9:10, 7:8])
+
+
+@CAMERAS
+def test_a_picture_is_the_same_when_everything_is_looked_for_everywhere(camera):
+    """Bounds on the rays of each piece spare work; with none, no work is spared."""
+    rng = np.random.default_rng(11)
+    lens = lens_at_door(camera)
+    bounds = lens.bounds.copy()
+    for least, most in ((A_LOW, A_HIGH), (B_LOW, B_HIGH)):
+        bounds[..., least : least + LANES], bounds[..., most : most + LANES] = -1e6, 1e6
+    for spread in (0.05, 0.4, 3.0, 3.0, 3.0):
+        body = rng.uniform((-4.0, -3.0, -0.6), (4.0, 3.0, 2.5)) if spread > 1 else (-1.9, 0.1, 0.2)
+        position, rotation = pose(camera, body, rng.normal(0.0, spread, 3))
+        shutter = still(position, rotation, position + rotation @ np.array([0.02, -0.03, 0.4]))
+        whole = (0, 0, camera.width_px, camera.height_px)
+        sparing, thorough = (
+            take(this, whole, (shutter, 1), paint_of(Scene()), IDEAL)
+            for this in (lens, Lens(lens.rays, bounds))
+        )
+        np.testing.assert_array_equal(sparing, thorough)
 
 
 @pytest.mark.parametrize("ball", [(-2.5, 0.0, 0.2), (2.0, 3.9, 0.2), (0.0, 0.0, 3.0)])

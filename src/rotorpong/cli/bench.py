@@ -13,6 +13,8 @@ from rotorpong.cli.common import Common, compile_kernels, progress_bar, say, sho
 class Bench(Common):
     """Measure speed and exactness, each figure beside its target and its peer."""
 
+    seed: int = 0
+    """Taken by every command; what is measured here has seeds of its own."""
     what: Positional[Literal["world"]]
     """world: the simulator."""
 

@@ -15,7 +15,7 @@ class Common:
     """What every command takes."""
 
     seed: int = 0
-    """Same seed, same serves."""
+    """Same seed, same serves and same noise."""
     json: FlagCreatePairsOff[bool] = False
     """Print one JSON object on stdout and nothing else."""
 
@@ -52,18 +52,29 @@ class Varied(Match):
     of a FILE keep the ball, drag, restitution and friction that were measured with them."""
 
 
-def knowledge_of(match: Match, experience: Path | None) -> Any:
-    """Return what an experience file taught, saying where it is of another match; None without."""
+def knowledge_of(spec: Any, experience: Path | None) -> Any:
+    """Return what an experience file taught, saying where it is of another spec; None without."""
     if experience is None:
         return None
     from rotorpong.lab import train
 
     run, knowledge = train.knowledge_of(experience)
+    ours = train.run_of(spec)
     for what in ("eyes", "camera", "vehicle", "serves"):
-        then, now = getattr(run, what), getattr(match, what)
-        if then != now:
-            say(f"{experience} was recorded with {what} {then}, not {now}")
+        then, now = getattr(run, what), getattr(ours, what)
+        if run.identity()[what] != ours.identity()[what]:
+            contents = f"{what} {then}, not {now}" if then != now else f"another {what} {now}"
+            say(f"{experience} was recorded with {contents}")
     return knowledge
+
+
+def within_cores(workers: int) -> int:
+    """Return how many workers the cores can feed, saying so where that is fewer than asked for."""
+    from rotorpong.lab.workers import cores
+
+    if workers > cores():
+        say(f"{workers} workers asked for, {cores()} cores available: {cores()} play")
+    return min(workers, cores())
 
 
 def compile_kernels() -> None:

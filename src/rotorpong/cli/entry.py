@@ -66,7 +66,7 @@ def _run(arguments: list[str]) -> int:
         print(f"rotorpong {__version__}")  # noqa: T201
         return 0
     command = _parsed(arguments)
-    from rotorpong.conventions import RotorpongError, require_seed
+    from rotorpong.conventions import RotorpongError, one_line, require_seed
 
     try:
         require_seed(command.seed)
@@ -78,7 +78,7 @@ def _run(arguments: list[str]) -> int:
     except BrokenPipeError:  # whoever read stdout had enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except (RotorpongError, OSError) as error:
-        say(" ".join(str(error).split()))
+        say(one_line(error))
         return BAD_INPUT
     return 0
 

@@ -14,6 +14,8 @@ from rotorpong.cli.common import Common, compile_kernels, named, progress_bar, s
 class Detect(Common):
     """Find balls in pictures, folders of pictures, and videos."""
 
+    seed: int = 0
+    """Taken by every command; nothing is drawn here."""
     path: Positional[tuple[Path, ...]]
     """Pictures, folders, videos."""
     camera: str | None = None
@@ -52,6 +54,8 @@ class Detect(Common):
 class FromFlight(Common):
     """Turn a measured flight, or a folder of them, into serves."""
 
+    seed: int = 0
+    """Taken by every command; nothing is drawn here."""
     flight: Positional[Path]
     """CSV of time and position, or a folder."""
     out: Path
@@ -59,10 +63,12 @@ class FromFlight(Common):
 
     def run(self) -> dict[str, Any]:
         """Convert."""
+        from rotorpong.files import target_of
         from rotorpong.lab.from_flight import convert
         from rotorpong.lab.serve_files import write_serves
         from rotorpong.lab.tables import conversion_table
 
+        target_of(self.out)  # nothing is fitted for a place that cannot be written
         conversion = convert(self.flight)
         write_serves(self.out, tuple(made.serve for made in conversion.serves))
         result = {**conversion.as_json(), "out": str(self.out)}
@@ -126,6 +132,8 @@ class Serves:
 class Doctor(Common):
     """Say what this machine has, and whether rotorpong works on it."""
 
+    seed: int = 0
+    """Taken by every command; nothing is drawn here."""
     clear_cache: FlagCreatePairsOff[bool] = False
     """Delete the compiled kernels first."""
 

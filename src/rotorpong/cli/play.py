@@ -16,6 +16,7 @@ from rotorpong.cli.common import (
     progress_bar,
     say,
     show,
+    within_cores,
 )
 
 
@@ -44,7 +45,8 @@ class Train(Match):
     """Train a player on its own hits, keeping every trial in a file."""
 
     hits: int
-    """How many own hits to learn from; at most 20 balls are thrown for each."""
+    """How many own hits to learn from; at most 20 balls are thrown for each. The last ball is a
+    hit, so the rate of a short run flatters: measure with `evaluate`."""
     out: Path
     """The experience file."""
     resume: FlagCreatePairsOff[bool] = False
@@ -75,34 +77,44 @@ class Evaluate(Varied):
     balls: int = 100
     """How many serves."""
     experience: Path | None = None
-    """What the player learnt: a file of `train`. Default: ten scripted demonstrations."""
+    """What a player that learns has learnt: a file of `train`; others do not use it. Default: ten
+    scripted demonstrations."""
+    against: tuple[Path, ...] = ()
+    """What `evaluate --json` printed for others on the same balls: tells which of the balls only
+    one of the two hit, and how likely that is by chance; of hover and oracle also the skill."""
     racket: str = "cardboard"
     """cardboard or rubber."""
     blackout: FlagCreatePairsOff[bool] = False
     """Make every frame black."""
     workers: int = 1
-    """Processes; the results do not depend on it."""
+    """Processes, at most one for each core; the results do not depend on it."""
 
     def run(self) -> dict[str, Any]:
         """Evaluate."""
-        from rotorpong.lab.evaluate import evaluate, summary
+        from rotorpong.lab.comparison import compared, read_evaluation, require_same_balls
+        from rotorpong.lab.evaluate import evaluate, header, summary
         from rotorpong.lab.spec import require_count
         from rotorpong.lab.tables import summary_table
 
         require_count("balls", self.balls)
         require_count("workers", self.workers)
         spec = self.spec(racket=self.racket, blackout=self.blackout, randomize=self.randomize)
-        known = knowledge_of(self, self.experience)
+        head = header(spec, self.balls, self.experience)
+        others = [read_evaluation(path) for path in self.against]
+        for other in others:
+            require_same_balls(head, other)
+        known = knowledge_of(spec, self.experience)
         compile_kernels()
         with progress_bar() as advance:
             results = evaluate(
                 spec,
                 self.balls,
                 knowledge=known,
-                workers=self.workers,
+                workers=within_cores(self.workers),
                 progress=named(advance, "balls"),
             )
-        result = summary(spec, results)
+        result = summary(spec, results, head)
+        result |= compared(result, others)
         if not self.json:
             show(summary_table(result))
         return result

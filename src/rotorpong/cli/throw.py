@@ -18,7 +18,8 @@ class Throw(Varied):
     slow: float = 4.0
     """How many times slower than life, 1 to 100."""
     experience: Path | None = None
-    """What the player learnt: a file of `train`. Default: ten scripted demonstrations."""
+    """What a player that learns has learnt: a file of `train`; others do not use it. Default: ten
+    scripted demonstrations."""
 
     def run(self) -> dict[str, Any]:
         """Throw, and write the pictures."""
@@ -26,7 +27,7 @@ class Throw(Varied):
 
         check(self.index, self.out, self.slow)
         spec = self.spec(randomize=self.randomize)
-        known = knowledge_of(self, self.experience)
+        known = knowledge_of(spec, self.experience)
         compile_kernels()
         with progress_bar() as advance:
             result = throw(

@@ -14,10 +14,9 @@ declared type: SQLite's REAL turns -0.0 into 0.0. Arrays are little-endian float
 """
 
 import hashlib
-import os
 import sqlite3
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -165,16 +164,6 @@ def array(numbers: bytes, *shape: int) -> ndarray:
     if not fits or not numbers:
         raise StoreError(f"damaged: {len(numbers)} bytes where float64 {shape} was expected")
     return np.frombuffer(numbers, NUMBER).astype(np.float64).reshape(shape)
-
-
-def sync_folder(folder: Path) -> None:
-    """Make a new name in `folder` survive power loss, where the system can."""
-    with suppress(OSError):
-        descriptor = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
 
 
 def _connect(path: Path, how: str) -> sqlite3.Connection:

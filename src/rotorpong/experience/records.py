@@ -110,6 +110,19 @@ class Run:
         require_integer("seed", self.seed)
         canonical_json(self.spec)
 
+    def identity(self) -> dict[str, str]:
+        """Return every field and every key of the spec in one text each: equal for the same run.
+
+        Where the spec's `contents` hold a digest of what a field names, the digest counts and not
+        the name.
+        """
+        named = {field.name: getattr(self, field.name) for field in fields(self)}
+        spec = dict(named.pop("spec"))
+        contents = spec.pop("contents", {})
+        named |= {f"spec.{key}": value for key, value in spec.items()}
+        texts = {name: canonical_json(value) for name, value in named.items()}
+        return texts | {name: f"a file with sha256 {digest}" for name, digest in contents.items()}
+
 
 def canonical_json(value: Any) -> str:
     """Return the one JSON text of `value`: keys sorted, pure ASCII.

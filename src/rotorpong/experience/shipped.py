@@ -8,8 +8,6 @@ JSON, one command a row, every float with the digits that give it back exactly:
 """
 
 import json
-import os
-import secrets
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
@@ -19,13 +17,14 @@ import numpy as np
 from numpy import ndarray
 
 from rotorpong.conventions import InputError, StoreError
-from rotorpong.experience.database import reporting, sync_folder
+from rotorpong.experience.database import reporting
 from rotorpong.experience.records import (
     COMMAND_COLUMNS,
     Demonstration,
     canonical_json,
     require_integer,
 )
+from rotorpong.files import write_whole
 
 SHIPPED = Path(__file__).with_name("demonstrations.json")
 HEAD = {"format": "rotorpong demonstrations", "version": 1, "columns": list(COMMAND_COLUMNS)}
@@ -60,20 +59,12 @@ def write_demonstrations(
     """Write `demonstrations` in their order, in place of what was there, whole or not at all.
 
     Raises:
-        StoreError: the folder is missing, full or forbidden.
+        StoreError: the folder is missing, full or forbidden, or there is no regular file.
     """
-    path = Path(path)
-    draft = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
-    with reporting(path):
-        try:
-            with draft.open("x", encoding="utf-8") as file:
-                file.write(_text(demonstrations))
-                file.flush()
-                os.fsync(file.fileno())
-            draft.replace(path)
-        finally:
-            draft.unlink(missing_ok=True)
-        sync_folder(path.absolute().parent)
+    try:
+        write_whole(Path(path), _text(demonstrations).encode())
+    except InputError as error:
+        raise StoreError(str(error)) from error
 
 
 def _text(demonstrations: Sequence[Demonstration]) -> str:

@@ -15,7 +15,6 @@ import secrets
 import sqlite3
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import fields
 from os import PathLike
 from pathlib import Path
 from types import TracebackType
@@ -24,6 +23,7 @@ from typing import Any, TypeVar
 from rotorpong.conventions import InputError, StoreError
 from rotorpong.experience import database
 from rotorpong.experience.records import Attempt, Demonstration, Run, Trial, canonical_json
+from rotorpong.files import sync_folder
 
 SCHEMA = {
     "runs": """CREATE TABLE runs(
@@ -61,7 +61,7 @@ def create(path: str | PathLike[str], run: Run) -> "Store":
             _publish(draft, path)
         finally:
             draft.unlink(missing_ok=True)
-        database.sync_folder(path.absolute().parent)
+        sync_folder(path.absolute().parent)
     return open_store(path)
 
 
@@ -126,7 +126,7 @@ class Store:
 
     def check_run(self, run: Run) -> None:
         """Raise StoreError naming the fields in which `run` is not the run of this file."""
-        kept, asked = _flat(self.run), _flat(run)
+        kept, asked = self.run.identity(), run.identity()
         differing = [
             f"{name} is {kept.get(name, 'absent')}, given {asked.get(name, 'absent')}"
             for name in sorted(kept.keys() | asked.keys())
@@ -269,13 +269,6 @@ def _only_run(connection: sqlite3.Connection) -> Run:
 def _run_row(run: Run) -> tuple[Any, ...]:
     head = (run.id, run.seed, run.player, run.eyes, run.vehicle, run.camera)
     return (*head, run.serves, run.version, run.pilot, canonical_json(run.spec))
-
-
-def _flat(run: Run) -> dict[str, str]:
-    """Return every field, and every key of the spec, as JSON text."""
-    named = {field.name: getattr(run, field.name) for field in fields(run)}
-    named |= {f"spec.{key}": value for key, value in named.pop("spec").items()}
-    return {name: canonical_json(value) for name, value in named.items()}
 
 
 def _demonstration_row(demonstration: Demonstration) -> tuple[Any, ...]:

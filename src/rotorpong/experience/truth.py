@@ -33,7 +33,7 @@ class TruthRow:
     """The truth about one trial."""
 
     index: int
-    miss_distance: float  # m, 0 for a hit
+    miss_distance: float | None  # m, 0 for a hit; None: the player broke off
     time_error: float | None  # s, blade minus ball, positive = late
     landing_x: float | None  # m, where a hit ball first touched the table beyond the net
     serve_position: Float[ndarray, "3"]  # m, at release

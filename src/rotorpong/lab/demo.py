@@ -8,7 +8,7 @@ While it trains, the untrained play in other processes.
 """
 
 import json
-import os
+import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field, replace
@@ -17,13 +17,13 @@ from threading import Event
 from typing import Any
 
 from rich.table import Table
-from scipy.stats import binomtest
 
 from rotorpong import __version__
 from rotorpong.conventions import RotorpongError, require_seed
 from rotorpong.drone import Player
 from rotorpong.experience import Demonstration
 from rotorpong.experience.shipped import write_demonstrations
+from rotorpong.lab.comparison import paired
 from rotorpong.lab.demo_files import (
     DEMONSTRATIONS,
     EXPERIENCE,
@@ -36,12 +36,12 @@ from rotorpong.lab.demonstrate import PILOT, record_demonstrations
 from rotorpong.lab.evaluate import Knowledge, Result, evaluate, make_player, summary
 from rotorpong.lab.footage import Take, most_telling, play_again
 from rotorpong.lab.report import FilmFrame, film_strip, report_page
-from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec, require_count
 from rotorpong.lab.statistics import rate
 from rotorpong.lab.tables import percent
 from rotorpong.lab.train import knowledge_of, train
-from rotorpong.lab.trial import Stage
+from rotorpong.lab.trial import Stage, stage_of
+from rotorpong.lab.workers import cores
 
 MOST_WORKERS = 4
 CANDIDATES = 12  # hits among which the one to be shown is chosen
@@ -99,7 +99,7 @@ def run_demo(
         InputError: `out` is a file, cannot be written, or holds another's file of these names.
     """
     require_seed(seed)
-    workers = min(os.cpu_count() or 1, MOST_WORKERS) if workers is None else workers
+    workers = min(cores(), MOST_WORKERS) if workers is None else workers
     require_count("workers", workers)
     with finished_together(out) as draft:
         found = _Demo(draft, seed, workers, progress or _silent, size).run()
@@ -176,7 +176,7 @@ class _Demo:
     ) -> None:
         tell = self._tell("report")
         tell(0, 3)
-        stage = Stage(spec, spec.setting(), serve_source(spec.serves, spec.seed), "evaluate")
+        stage = stage_of(spec)
         player = make_player(spec, known)
         shown = _to_show(stage, player, after)
         examples = _examples(stage, player, after)
@@ -261,17 +261,14 @@ def _standing(who: _Who, spec: Spec, results: Sequence[Result]) -> dict[str, Any
 
 def _comparison(before: Sequence[Result], after: Sequence[Result]) -> dict[str, Any]:
     """Return on how many of the same balls training changed hit or miss (McNemar's exact test)."""
-    pairs = [(a.outcome == "hit", b.outcome == "hit") for a, b in zip(before, after, strict=True)]
-    won, lost = pairs.count((False, True)), pairs.count((True, False))
-    changed = won + lost
-    chance = float(binomtest(won, changed).pvalue) if changed else 1.0
-    return {"won": won, "lost": lost, "p_value": chance}
+    old, new = ([result.outcome == "hit" for result in results] for results in (before, after))
+    return paired(new, old)
 
 
 def _to_show(stage: Stage, player: Player, results: Sequence[Result]) -> Take:
     """Return the finest hit; where there is none, the nearest miss."""
     hits = [result.index for result in results if result.outcome == "hit"]
-    nearest = min(results, key=lambda result: result.miss_distance).index
+    nearest = min(results, key=_nearness).index
     index = most_telling(stage, hits[:CANDIDATES], player) if hits else nearest
     return play_again(stage, index, player)
 
@@ -282,9 +279,13 @@ def _examples(stage: Stage, player: Player, results: Sequence[Result]) -> tuple[
     for kind in MISSES:
         some = [result for result in results if result.outcome == kind]
         if some:
-            middle = sorted(some, key=lambda result: result.miss_distance)[len(some) // 2]
+            middle = sorted(some, key=_nearness)[len(some) // 2]
             takes.append(play_again(stage, middle.index, player, look=False))
     return tuple(takes)
+
+
+def _nearness(result: Result) -> float:
+    return math.inf if result.miss_distance is None else result.miss_distance
 
 
 def _described(take: Take, frames: Sequence[FilmFrame]) -> dict[str, Any]:
@@ -296,7 +297,7 @@ def _described(take: Take, frames: Sequence[FilmFrame]) -> dict[str, Any]:
         "contact_time_s": verdict.contact_time,
         "trigger_time_s": None if trigger is None else trigger.time,
         "trigger_depth_m": None if trigger is None else float(trigger.position[2]),
-        "miss_distance_m": take.played.truth.miss_distance,
+        "miss_distance_m": take.played.miss_distance,
         "frames": [frame.as_json() for frame in frames],
     }
 

@@ -11,9 +11,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from rotorpong.conventions import InputError, StoreError
+from rotorpong.conventions import InputError, RotorpongError, StoreError
 from rotorpong.experience import open_store
 from rotorpong.experience.shipped import read_demonstrations
+from rotorpong.files import prepare_folder, put, target_of
 from rotorpong.lab.report import GENERATOR
 
 DEMONSTRATIONS, EXPERIENCE = "demonstrations.json", "experience.sqlite"
@@ -31,24 +32,30 @@ def finished_together(out: Path) -> Iterator[Path]:
     """
     _prepare(out)
     with TemporaryDirectory(prefix=".demo-", suffix=".part", dir=out) as draft:
-        yield Path(draft)
+        with _blaming(out, Path(draft)):
+            yield Path(draft)
         for end in LOGS:
             (out / (EXPERIENCE + end)).unlink(missing_ok=True)
         for name in FILES:
-            (Path(draft) / name).replace(out / name)
+            put(Path(draft) / name, out / name)
+
+
+@contextmanager
+def _blaming(out: Path, draft: Path) -> Iterator[None]:
+    """Let errors name the folder that was asked for, not the hidden one."""
+    try:
+        yield
+    except RotorpongError as error:
+        raise type(error)(str(error).replace(str(draft), str(out))) from error
+    except OSError as error:
+        raise InputError(f"{out}: cannot be written ({error.strerror or error})") from error
 
 
 def _prepare(out: Path) -> None:
     """Make the folder; refuse what a demo must not touch."""
-    if out.exists() and not out.is_dir():
-        raise InputError(f"{out}: is a file; expected a folder, or the name of a new one")
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        TemporaryDirectory(prefix=".demo-", suffix=".part", dir=out).cleanup()
-    except OSError as error:
-        reason = error.strerror or error
-        raise InputError(f"{out}: {reason}; expected a folder that can be written") from error
+    prepare_folder(out)
     for name, is_ours in CHECKS.items():
+        target_of(out / name)
         if (out / name).exists() and not is_ours(out / name):
             raise InputError(
                 f"{out / name}: not written by a demo of this version; "

@@ -14,8 +14,8 @@ from rotorpong.conventions import InputError, RotorpongError
 from rotorpong.drone import BallEstimate, Eyes, VelocityCommand
 from rotorpong.experience import Demonstration
 from rotorpong.lab.seeds import trial_generators
-from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec
+from rotorpong.lab.trial import new_drone, stage_of
 from rotorpong.physics.camera import GAZEBO
 from rotorpong.play.lessons import Lesson, reward_of
 from rotorpong.play.odometer import Odometer
@@ -105,15 +105,8 @@ def _demonstration(seed: int, trial: int) -> Demonstration | None:
 
 
 def _drone(spec: Spec, trial: int, tape: Tape) -> SimulatedDrone:
-    generators = trial_generators(spec.seed, "demonstrate", trial)
-    serve = serve_source(spec.serves, spec.seed)(trial, generators.serve)
-    return SimulatedDrone(
-        serve,
-        replace(spec.setting(), blackout=False),
-        vehicle_rng=generators.vehicle,
-        sensor_rng=generators.sensors,
-        tape=tape,
-    )
+    plain = replace(spec, blackout=False, randomize=False)
+    return new_drone(stage_of(plain, "demonstrate"), trial, tape)
 
 
 def _watch(drone: SimulatedDrone, eyes: Eyes) -> tuple[Odometer, BallEstimate | None]:

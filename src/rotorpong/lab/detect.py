@@ -1,17 +1,20 @@
 """Balls in the user's own pictures: what `rotorpong detect` does."""
 
-import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import cv2
-
 from rotorpong.conventions import BALL_DIAMETER, InputError
 from rotorpong.lab.spec import camera_named, require_choice
 from rotorpong.vision.detect import COLOURS
-from rotorpong.vision.pictures import PictureBalls, as_json, detect_pictures, write_annotated
+from rotorpong.vision.pictures import (
+    PictureBalls,
+    as_json,
+    detect_pictures,
+    hush_codecs,
+    write_annotated,
+)
 
 EYES = ("paper",)
 LARGEST_BALL = 1.0  # m
@@ -56,11 +59,11 @@ def detect_all(
         require_choice("colour", colour, tuple(COLOURS))
     if out is not None and out.exists() and not out.is_dir():
         raise InputError(f"out {str(out)!r} is a file: expected a folder for annotated pictures")
-    _hush_decoders()
+    hush_codecs()
     found = detect_pictures(
         paths,
         camera=None if search.camera is None else camera_named(search.camera),
-        colours=search.colours,
+        colours=tuple(dict.fromkeys(search.colours)),  # twice asked is once found
         ball_diameter=search.ball_diameter,
         min_score=search.min_score,
     )
@@ -75,9 +78,3 @@ def _kept(
             write_annotated(result, out, index=index)
         progress(index + 1, index + 1)
         yield result
-
-
-def _hush_decoders() -> None:
-    """Keep OpenCV's and FFmpeg's own complaints off stderr: ours name the file."""
-    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)

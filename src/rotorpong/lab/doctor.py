@@ -12,16 +12,13 @@ from rotorpong import __version__
 from rotorpong.conventions import RotorpongError
 from rotorpong.experience import shipped_demonstrations
 from rotorpong.kernels import CACHE_FOLDER
-from rotorpong.lab.seeds import trial_generators
-from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec
+from rotorpong.lab.trial import new_drone, stage_of
 from rotorpong.lab.warmup import warm_up
 from rotorpong.vision import detect
-from rotorpong.world.simulated_drone import SimulatedDrone
 
 PACKAGES = ("numpy", "scipy", "numba", "opencv-python-headless", "matplotlib", "tyro", "rich")
 GRAPHICS = ("libGL.", "libGLX", "libEGL", "libOSMesa", "libX11", "libvulkan", "libgbm", "libQt")
-PLENTY_BYTES = 200 * 2**20
 SEEN_FRAMES = 10
 
 
@@ -78,12 +75,7 @@ def _demonstrations() -> str:
 
 
 def _sight() -> str:
-    generators = trial_generators(0, "evaluate", 0)
-    spec = Spec()
-    serve = serve_source(spec.serves, 0)(0, generators.serve)
-    drone = SimulatedDrone(
-        serve, spec.setting(), vehicle_rng=generators.vehicle, sensor_rng=generators.sensors
-    )
+    drone = new_drone(stage_of(Spec()), 0)
     observations = [drone.observe() for _ in range(SEEN_FRAMES)]
     last = observations[-1]
     balls = detect(last.frame.picture) if last is not None else []

@@ -6,19 +6,20 @@ Trials share nothing, so any number of workers gives the same results in the sam
 from collections.abc import Generator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from rotorpong import __version__
 from rotorpong.drone import Outcome, Player
 from rotorpong.experience import Demonstration, Trial, shipped_demonstrations
 from rotorpong.lab.demonstrate import Progress, lessons_of
 from rotorpong.lab.oracle import Gate, Oracle
 from rotorpong.lab.reachable import is_reachable
-from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec, own_player
 from rotorpong.lab.statistics import rate, wilson_interval
-from rotorpong.lab.trial import Controls, Stage, new_drone, play_trial
+from rotorpong.lab.trial import Controls, new_drone, play_trial, stage_of
 from rotorpong.lab.workers import in_workers
 from rotorpong.play.hover import Hover
 from rotorpong.play.paper import PaperPlayer
@@ -40,7 +41,7 @@ class Result:
 
     index: int
     outcome: Outcome
-    miss_distance: float  # m
+    miss_distance: float | None  # m, 0 for a hit; None: the player broke off
     time_error: float | None  # s
     landing_x: float | None  # m
     reachable: bool = field(kw_only=True)  # by anybody
@@ -85,13 +86,8 @@ def evaluate(
     return tuple(results)
 
 
-def summary(spec: Spec, results: Sequence[Result]) -> dict[str, Any]:
-    """Return what `evaluate --json` prints."""
-    balls, outcomes = len(results), [result.outcome for result in results]
-    misses = [result.miss_distance for result in results if result.outcome != "hit"]
-    hits = outcomes.count("hit")
-    within = [result for result in results if result.reachable]
-    hits_within = sum(result.outcome == "hit" for result in within)
+def header(spec: Spec, balls: int, experience: Path | None = None) -> dict[str, Any]:
+    """Return what an evaluation's JSON says before anything is played: what is evaluated."""
     return {
         "player": spec.player,
         "eyes": spec.eyes,
@@ -101,14 +97,40 @@ def summary(spec: Spec, results: Sequence[Result]) -> dict[str, Any]:
         "racket": spec.racket,
         "blackout": spec.blackout,
         "randomize": spec.randomize,
+        "experience": None if experience is None else str(experience),
+        "contents": spec.contents(),
+        "version": __version__,
         "balls": balls,
         "seed": spec.seed,
+    }
+
+
+def summary(
+    spec: Spec, results: Sequence[Result], head: dict[str, Any] | None = None
+) -> dict[str, Any]:
+    """Return what `evaluate --json` prints, comparisons apart.
+
+    Args:
+        spec: what was played.
+        results: of all balls.
+        head: what `header` said before the first of them; None: says it now.
+    """
+    balls, outcomes = len(results), [result.outcome for result in results]
+    misses = [
+        r.miss_distance for r in results if r.outcome != "hit" and r.miss_distance is not None
+    ]
+    hits = outcomes.count("hit")
+    within = [result for result in results if result.reachable]
+    hits_within = sum(result.outcome == "hit" for result in within)
+    return {
+        **(head or header(spec, balls)),
         "hits": hits,
         "hit_rate": rate(hits, balls),
         "hit_rate_interval": wilson_interval(hits, balls),
         "reachable": len(within),
         "hits_of_reachable": hits_within,
         "hit_rate_of_reachable": rate(hits_within, len(within)),
+        "hit_rate_of_reachable_interval": wilson_interval(hits_within, len(within)),
         "near_hits": outcomes.count("near_hit"),
         "returned": sum(result.landing_x is not None for result in results),
         "miss_distance_median_m": float(np.median(misses)) if misses else None,
@@ -153,8 +175,7 @@ class _Table:
             spec: what is played.
             ours: a player that keeps nothing from serve to serve; None: the user's own.
         """
-        source = serve_source(spec.serves, spec.seed)
-        self._stage = Stage(spec, spec.setting(), source, "evaluate")
+        self._stage = stage_of(spec)
         self._player = own_player(spec.player) if ours is None else lambda: ours
 
     def play(self, chunk: range) -> list[Result]:
@@ -163,13 +184,13 @@ class _Table:
     def _result(self, index: int) -> Result:
         player = self._player()
         watch = Gate if self._stage.spec.player == "oracle" else Controls
-        truth = play_trial(self._stage, index, player, watch=watch).truth
+        played = play_trial(self._stage, index, player, watch=watch)
         return Result(
             index,
-            truth.verdict.outcome,
-            truth.miss_distance,
-            truth.time_error,
-            truth.landing_x,
+            played.outcome,
+            played.miss_distance,
+            played.time_error,
+            played.truth.landing_x,
             reachable=is_reachable(new_drone(self._stage, index)),
         )
 

@@ -16,11 +16,10 @@ from rotorpong.drone import (
     Drone,
     Observation,
     Player,
-    VelocityCommand,
 )
 from rotorpong.lab.oracle import Gate
 from rotorpong.lab.seeds import trial_generators
-from rotorpong.lab.trial import Played, Stage, encounter, play_trial
+from rotorpong.lab.trial import Controls, Played, Stage, encounter, play_trial
 from rotorpong.physics.camera import in_picture
 from rotorpong.play.paper import PaperSettings
 from rotorpong.world.simulated_drone import Setting, SimulatedDrone
@@ -103,18 +102,16 @@ def _beauty(take: Take) -> float:
     return central + 0.5 * in_view + 0.5 * min(moved / WELL_MOVED, 1.0)
 
 
-class _Watched:
+class _Watched(Controls):
     """A drone that keeps what it handed out."""
 
     def __init__(self, drone: SimulatedDrone) -> None:
+        super().__init__(drone)
         self.drone = drone
         self.seen: _Seen = []
 
     def observe(self) -> Observation | None:
-        return _noted(self.drone.observe(), self.drone, self.seen)
-
-    def command(self, velocity: VelocityCommand) -> VelocityCommand:
-        return self.drone.command(velocity)
+        return _noted(super().observe(), self.drone, self.seen)
 
 
 class _WatchedGate(Gate):

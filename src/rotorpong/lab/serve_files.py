@@ -5,7 +5,6 @@ ball is released, the drag it meets, restitution and friction of the table. What
 back bit for bit; the Magnus coefficient is that of `Air`.
 """
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from rotorpong.conventions import BALL_RADIUS, InputError
+from rotorpong.files import write_whole
 from rotorpong.lab.flight_files import FARTHEST, FASTEST, LAYOUTS, flight_from_lines, is_flight
 from rotorpong.lab.from_flight import convert, serves_from_flight
 from rotorpong.lab.number_rows import parse_rows, read_lines
@@ -62,20 +62,10 @@ def write_serves(path: Path, serves: Sequence[Serve]) -> None:
     """Write serves to a file; an older file stays whole until the new one is.
 
     Raises:
-        InputError: the file cannot be written.
+        InputError: the file cannot be written, or what is there is no regular file.
     """
     lines = [",".join(SERVE_COLUMNS), *(",".join(map(repr, _row(serve))) for serve in serves)]
-    draft = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        with draft.open("w", encoding="utf-8", newline="\n") as file:
-            file.write("\n".join(lines) + "\n")
-            file.flush()
-            os.fsync(file.fileno())
-        draft.replace(path)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror})") from None
-    finally:
-        draft.unlink(missing_ok=True)
+    write_whole(path, ("\n".join(lines) + "\n").encode())
 
 
 def _row(serve: Serve) -> list[float]:

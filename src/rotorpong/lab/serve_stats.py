@@ -1,7 +1,7 @@
 """What a kind of serves is like: how long it flies, and how long a camera sees it.
 
-Flights pass the home blade plane; "in the picture" means the ball's centre, seen from a drone that
-hovers level at home.
+Flights pass the home blade plane; those that never do are counted and left out of the rest. "In the
+picture" means the ball's centre, seen from a drone that hovers level at home.
 """
 
 from collections.abc import Callable
@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
+from rotorpong import __version__
 from rotorpong.lab.evaluate import evaluate
 from rotorpong.lab.seeds import trial_generators
 from rotorpong.lab.serving import serve_source
@@ -34,11 +35,17 @@ def serve_stats(
     views = [_view(serve, camera) for serve in serves]
     results = evaluate(spec, balls, progress=progress)
     hits = sum(result.outcome == "hit" for result in results)
+    reachable = sum(result.reachable for result in results)
     return {
         "serves": spec.serves,
+        "vehicle": spec.vehicle_name,
         "camera": spec.camera_name,
+        "contents": spec.contents(),
+        "version": __version__,
         "seed": spec.seed,
         "balls": balls,
+        "never_at_plane": sum(bool(np.isnan(view["flight"])) for view in views),
+        "never_in_picture": sum(view["seen"] == 0.0 for view in views),
         "flight_time_s": _quantiles([view["flight"] for view in views]),
         "time_after_plane_s": _quantiles([view["after_plane"] for view in views]),
         "share_in_picture": _mean([view["seen"] for view in views]),
@@ -46,7 +53,8 @@ def serve_stats(
         "last_sight_before_contact_s": _quantiles([view["blind"] for view in views]),
         "hover_hit_rate": rate(hits, balls),
         "hover_hit_rate_interval": wilson_interval(hits, balls),
-        "share_reachable": rate(sum(result.reachable for result in results), balls),
+        "share_reachable": rate(reachable, balls),
+        "share_reachable_interval": wilson_interval(reachable, balls),
     }
 
 

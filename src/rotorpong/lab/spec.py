@@ -5,15 +5,17 @@ player as the parent. Vehicle and camera are named, or passed as objects of one'
 checked here, at the door.
 """
 
+import hashlib
 import importlib.util
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from rotorpong.conventions import InputError, require_seed
 from rotorpong.drone import Eyes, Player
+from rotorpong.files import digest_of
 from rotorpong.lab.randomize import require_randomizable
 from rotorpong.lab.serving import SERVE_KINDS, serve_source
 from rotorpong.lab.tracking import tracker_eyes
@@ -105,6 +107,16 @@ class Spec:
             racket=RACKETS[self.racket],
             blackout=self.blackout,
         )
+
+    def contents(self) -> dict[str, str]:
+        """Return a digest of each part that is no name: what its file holds, whatever its name."""
+        found = {}
+        camera = self.camera_profile()
+        if CAMERAS.get(camera.name) != camera:
+            found["camera"] = hashlib.sha256(repr(replace(camera, name="")).encode()).hexdigest()
+        if self.serves not in SERVE_KINDS:
+            found["serves"] = digest_of(Path(self.serves))
+        return found
 
     def make_eyes(self, drone: SimulatedDrone, camera: Camera | None = None) -> Eyes:
         """Return fresh eyes for one serve.

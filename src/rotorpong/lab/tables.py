@@ -5,6 +5,11 @@ from typing import Any
 from rich.markup import escape
 from rich.table import Table
 
+LEFT_OUT = {
+    "never_at_plane": "never pass the blade, left out below",
+    "never_in_picture": "never in the picture, left out of the last sight",
+}
+
 
 def percent(share: float | None, interval: tuple[float, float] | None = None) -> str:
     """Return a rate in words: `12.0 %`, with its interval `12.0 % (9.4-15.1)`."""
@@ -21,17 +26,25 @@ def summary_table(result: dict[str, Any]) -> Table:
     table = _two_columns(f"{result['player']} player, {result['eyes']} eyes")
     for what in ("vehicle", "camera", "serves", "seed", "balls"):
         table.add_row(what, escape(str(result[what])))
+    if result["experience"] is not None:
+        table.add_row("experience", escape(result["experience"]))
     for what in ("blackout", "randomize"):
         if result[what]:
             table.add_row(what, "yes")
     table.add_row("hits", str(result["hits"]))
     table.add_row("hit rate (95 %)", percent(result["hit_rate"], result["hit_rate_interval"]))
     table.add_row("reachable", str(result["reachable"]))
-    table.add_row("hit rate of reachable", percent(result["hit_rate_of_reachable"]))
+    within = percent(result["hit_rate_of_reachable"], result["hit_rate_of_reachable_interval"])
+    table.add_row("hit rate of reachable (95 %)", within)
     for outcome, count in sorted(_counts(result["trials"]).items()):
         table.add_row(outcome, str(count))
     median = result["miss_distance_median_m"]
     table.add_row("miss distance, median", "-" if median is None else f"{100 * median:.1f} cm")
+    if result.get("skill") is not None:
+        table.add_row("skill, from hover (0) to oracle (1)", f"{result['skill']:.2f}")
+    for other in result.get("against", ()):
+        split = f"{other['won']} won, {other['lost']} lost, p = {other['p_value']:.1g}"
+        table.add_row(f"against {escape(other['file'])}", split)
     return table
 
 
@@ -66,6 +79,9 @@ def conversion_table(result: dict[str, Any]) -> Table:
 def stats_table(result: dict[str, Any]) -> Table:
     """Show what `serves stats` found."""
     table = _two_columns(f"{result['balls']} serves {result['serves']}, camera {result['camera']}")
+    for key, words in LEFT_OUT.items():
+        if result[key]:
+            table.add_row(words, str(result[key]))
     for key in ("flight_time_s", "time_after_plane_s", "last_sight_before_contact_s"):
         found = result[key]
         shown = " / ".join("-" if value is None else f"{value:.2f}" for value in found.values())
@@ -74,7 +90,8 @@ def stats_table(result: dict[str, Any]) -> Table:
     table.add_row("in the picture at the plane", percent(result["share_in_picture_at_plane"]))
     interval = result["hover_hit_rate_interval"]
     table.add_row("hits of a hovering blade (95 %)", percent(result["hover_hit_rate"], interval))
-    table.add_row("reachable for tum_gazebo", percent(result["share_reachable"]))
+    share = percent(result["share_reachable"], result["share_reachable_interval"])
+    table.add_row(f"reachable for {escape(result['vehicle'])} (95 %)", share)
     return table
 
 

@@ -1,13 +1,10 @@
 """One serve as a film, an animation or a contact sheet: onboard and from beside the table.
 
 The serve is trial `index` of an evaluation with the same seed, frame by frame. Suffixes decide:
-`.mp4` a film, `.gif` an animation, `.png` a sheet of moments. What is being written carries another
-name until it is whole.
+`.mp4` a film, `.gif` an animation, `.png` a sheet of moments.
 """
 
-import contextlib
 import math
-import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -19,6 +16,7 @@ from PIL import Image
 from rotorpong.conventions import InputError, Picture
 from rotorpong.drone import Player
 from rotorpong.experience import shipped_demonstrations
+from rotorpong.files import replacing, target_of
 from rotorpong.lab.evaluate import Knowledge, player_of
 from rotorpong.lab.footage import play_again
 from rotorpong.lab.report.cinema import (
@@ -30,9 +28,9 @@ from rotorpong.lab.report.cinema import (
     contact_sheet,
     shot,
 )
-from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec, own_player, require_count
-from rotorpong.lab.trial import Stage
+from rotorpong.lab.trial import stage_of
+from rotorpong.vision.pictures import hush_codecs, read_pictures
 
 Progress = Callable[[int, int], None]
 Pictures = Iterator[Picture]
@@ -70,15 +68,15 @@ def throw(
             out of range.
     """
     check(index, out, slow)
-    stage = Stage(spec, spec.setting(), serve_source(spec.serves, spec.seed), "evaluate")
+    stage = stage_of(spec)
     take = play_again(stage, index, _player(spec, knowledge))
     scenery = Scenery(stage, take)
     tell = progress or (lambda done, total: None)
-    with _unfinished(out) as path:
+    with replacing(out) as path:
         frames = _WRITERS[out.suffix.lower()](path, scenery, slow, tell)
     return {
         "outcome": take.played.outcome,
-        "miss_distance_m": take.played.truth.miss_distance,
+        "miss_distance_m": take.played.miss_distance,
         "frames": frames,
         "out": str(out),
     }
@@ -91,32 +89,13 @@ def check(index: int, out: Path, slow: float) -> None:
         raise InputError(f"slow {slow:g}: expected a number from 1 to {SLOWEST:g}")
     if out.suffix.lower() not in SUFFIXES:
         raise InputError(f"{out}: expected a name that ends with {', '.join(SUFFIXES)}")
-    if out.is_dir():
-        raise InputError(f"{out}: is a folder; expected a file")
-    if not out.parent.is_dir():
-        raise InputError(f"{out}: the folder {out.parent} does not exist")
-    if not os.access(out.parent, os.W_OK):
-        raise InputError(f"{out}: cannot be written, the folder {out.parent} is read-only")
+    target_of(out)
 
 
 def _player(spec: Spec, knowledge: Knowledge | None) -> Player:
     if spec.is_own_player:
         return own_player(spec.player)()
     return player_of(spec, knowledge or Knowledge(shipped_demonstrations()))
-
-
-@contextlib.contextmanager
-def _unfinished(out: Path) -> Iterator[Path]:
-    """Give a name beside `out` to write to; it becomes `out` when all went well, else it goes."""
-    path = out.with_name(f".{out.stem}.unfinished{out.suffix.lower()}")
-    try:
-        path.touch()
-        yield path
-        os.replace(path, out)
-    except OSError as error:
-        raise InputError(f"{out}: cannot be written: {error.strerror or error}") from error
-    finally:
-        path.unlink(missing_ok=True)
 
 
 def _shots(scenery: Scenery, fps: float, slow: float, tell: Progress) -> Pictures:
@@ -131,6 +110,7 @@ def _shots(scenery: Scenery, fps: float, slow: float, tell: Progress) -> Picture
 
 
 def _write_film(path: Path, scenery: Scenery, slow: float, tell: Progress) -> int:
+    hush_codecs()
     codec = cv2.VideoWriter.fourcc(*"mp4v")
     writer = cv2.VideoWriter(str(path), codec, FILM_FPS, FRAME_SIZE)
     count = 0
@@ -142,9 +122,16 @@ def _write_film(path: Path, scenery: Scenery, slow: float, tell: Progress) -> in
             count += 1
     finally:
         writer.release()
-    if path.stat().st_size == 0:
-        raise InputError(f"{path.parent}: nothing could be written there; is the disk full?")
+    if _frames_in(path) != count:  # a writer that fails says nothing
+        raise InputError(f"{path.parent}: a film broke off there; is the disk full?")
     return count
+
+
+def _frames_in(path: Path) -> int:
+    try:
+        return sum(1 for _ in read_pictures([path]))
+    except InputError:  # damaged
+        return 0
 
 
 def _write_animation(path: Path, scenery: Scenery, slow: float, tell: Progress) -> int:

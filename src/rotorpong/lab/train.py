@@ -23,10 +23,9 @@ from rotorpong.experience import (
 from rotorpong.experience.truth import TruthRow, record
 from rotorpong.lab.demonstrate import PILOT, Progress
 from rotorpong.lab.evaluate import Knowledge, make_player, remember_hits
-from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import LEARNERS, Spec
 from rotorpong.lab.statistics import rate
-from rotorpong.lab.trial import Played, Stage, play_trial
+from rotorpong.lab.trial import Played, Stage, play_trial, stage_of
 from rotorpong.play.lessons import reward_of
 from rotorpong.play.paper import PaperPlayer
 
@@ -76,7 +75,7 @@ def train(
         raise InputError(f"{path}: is a folder; expected a file for the experience")
     shown = tuple(shipped_demonstrations() if demonstrations is None else demonstrations)
     player = make_player(spec, Knowledge(shown), explore=True)
-    stage = Stage(spec, spec.setting(), serve_source(spec.serves, spec.seed), "train")
+    stage = stage_of(spec, "train")
     with _opened(path, run_of(spec), shown, resume=resume) as store:  # when nothing else can fail
         return _train(stage, player, hits, store, progress)
 
@@ -103,9 +102,12 @@ def run_of(spec: Spec) -> Run:
     )
 
 
-def _unusual(spec: Spec) -> dict[str, bool]:
+def _unusual(spec: Spec) -> dict[str, Any]:
     """Return what older runs do not mention, where it is not as they had it."""
-    return {"randomize": True} if spec.randomize else {}
+    contents = spec.contents()
+    return ({"randomize": True} if spec.randomize else {}) | (
+        {"contents": contents} if contents else {}
+    )
 
 
 def _opened(
@@ -157,8 +159,8 @@ def _truth(played: Played) -> TruthRow:
     truth, ball = played.truth, played.serve.ball
     return TruthRow(
         played.index,
-        truth.miss_distance,
-        truth.time_error,
+        played.miss_distance,
+        played.time_error,
         truth.landing_x,
         ball.position,
         ball.velocity,

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rotorpong.conventions import UnsolvableServeError
+from rotorpong.conventions import UnsolvableServeError, one_line
 from rotorpong.drone import (
     BallEstimate,
     Drone,
@@ -21,12 +21,13 @@ from rotorpong.drone import (
 )
 from rotorpong.lab.randomize import draw_trial
 from rotorpong.lab.seeds import Generators, Purpose, trial_generators
-from rotorpong.lab.serving import ServeSource
+from rotorpong.lab.serving import ServeSource, serve_source
 from rotorpong.lab.spec import Spec
 from rotorpong.world.serves import Medium, Serve
-from rotorpong.world.simulated_drone import Setting, SimulatedDrone, Truth
+from rotorpong.world.simulated_drone import Setting, SimulatedDrone, Tape, Truth
 
 MOST_BALLS = 20  # that are drawn for one serve
+MOST_CALLS_TOO_LATE = 1000  # of a player that goes on when its serve is over
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +47,7 @@ class Played:
     index: int
     serve: Serve
     truth: Truth
+    is_broken_off: bool = False  # by an error of the player, with the ball still on its way
 
     @property
     def verdict(self) -> Verdict:
@@ -56,6 +58,16 @@ class Played:
     def outcome(self) -> Outcome:
         """In one word."""
         return self.truth.verdict.outcome
+
+    @property
+    def miss_distance(self) -> float | None:
+        """How near the blade came to the ball, m; 0 for a hit, None for a serve broken off."""
+        return None if self.is_broken_off else self.truth.miss_distance
+
+    @property
+    def time_error(self) -> float | None:
+        """How late the blade was, s; None where that cannot be told."""
+        return None if self.is_broken_off else self.truth.time_error
 
 
 class _Witness:
@@ -75,18 +87,36 @@ class _Witness:
 class Controls:
     """All that a player gets of a drone: to observe and to command."""
 
-    __slots__ = ("_command", "_observe")
+    __slots__ = ("_command", "_late", "_observe")
 
     def __init__(self, drone: SimulatedDrone) -> None:
         self._observe, self._command = drone.observe, drone.command
+        self._late = 0
 
     def observe(self) -> Observation | None:
-        """Wait for the next frame; `None` when the serve is over."""
-        return self._observe()
+        """Wait for the next frame; `None` when the serve is over.
+
+        Raises:
+            RuntimeError: the serve has long been over.
+        """
+        observation = self._observe()
+        if observation is None or self._late:
+            self._late += 1
+            if self._late > MOST_CALLS_TOO_LATE:
+                raise RuntimeError(
+                    f"observe() was called {MOST_CALLS_TOO_LATE} times after it returned None: "
+                    "a serve is over then, and play must return"
+                )
+        return observation
 
     def command(self, velocity: VelocityCommand) -> VelocityCommand:
         """Fly at `velocity` from now on; return what was sent."""
         return self._command(velocity)
+
+
+def stage_of(spec: Spec, purpose: Purpose = "evaluate") -> Stage:
+    """Return where the serves of a spec are played."""
+    return Stage(spec, spec.setting(), serve_source(spec.serves, spec.seed), purpose)
 
 
 def play_trial(
@@ -108,12 +138,15 @@ def play_trial(
     witness = _Witness(stage.spec.make_eyes(drone, stage.setting.camera))
     error = _error_of(player, watch(drone), witness, generators.player)
     if error is not None:
-        print(f"rotorpong: trial {index}: {type(error).__name__}: {error}", file=sys.stderr)  # noqa: T201
+        said = f"{type(error).__name__}: {one_line(error)}"
+        print(f"rotorpong: trial {index}: {said}", file=sys.stderr)  # noqa: T201
     failed = error is not None and not drone.is_over
-    return Played(index, serve, _amended(drone.truth(), failed=failed, witness=witness))
+    return Played(index, serve, _amended(drone.truth(), failed=failed, witness=witness), failed)
 
 
-def meet(stage: Stage, index: int, generators: Generators) -> tuple[Serve, SimulatedDrone]:
+def meet(
+    stage: Stage, index: int, generators: Generators, tape: Tape = ()
+) -> tuple[Serve, SimulatedDrone]:
     """Return serve `index` and the drone that hovers there at the instant of its release."""
     setting, serve = encounter(stage, index, generators)
     drone = SimulatedDrone(
@@ -121,6 +154,7 @@ def meet(stage: Stage, index: int, generators: Generators) -> tuple[Serve, Simul
         setting,
         vehicle_rng=generators.vehicle,
         sensor_rng=generators.sensors,
+        tape=tape,
     )
     return serve, drone
 
@@ -133,10 +167,16 @@ def encounter(stage: Stage, index: int, generators: Generators) -> tuple[Setting
     return setting, _thrown(stage.serves, index, generators.serve, draw_ball)
 
 
-def new_drone(stage: Stage, index: int) -> SimulatedDrone:
-    """Return the drone of serve `index` at the instant of the release, as every player meets it."""
+def new_drone(stage: Stage, index: int, tape: Tape = ()) -> SimulatedDrone:
+    """Return the drone of serve `index` at the instant of the release, as every player meets it.
+
+    Args:
+        stage: where the serve is played.
+        index: of the serve.
+        tape: commands that are given at their times, as in a replay.
+    """
     generators = trial_generators(stage.spec.seed, stage.purpose, index)
-    return meet(stage, index, generators)[1]
+    return meet(stage, index, generators, tape)[1]
 
 
 def _thrown(
@@ -154,7 +194,7 @@ def _error_of(
 ) -> BaseException | None:
     try:
         player.play(drone, eyes, rng)
-    except (Exception, SystemExit) as error:  # noqa: BLE001 - a user's player may raise anything
+    except (Exception, SystemExit, GeneratorExit) as error:  # noqa: BLE001 - of a user's player
         return error
     return None
 

@@ -1,15 +1,14 @@
 """Compiling every kernel once, before anything is timed or worker processes start."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
 from rotorpong.drone import HOVER
 from rotorpong.lab.reachable import is_reachable
 from rotorpong.lab.seeds import trial_generators
-from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec
+from rotorpong.lab.trial import new_drone, stage_of
 from rotorpong.physics.ardrone2 import ARDRONE2
 from rotorpong.physics.ball import TABLE_SURFACE, Air, Ball, bounce, fly
 from rotorpong.physics.vehicle import Vehicle
@@ -18,7 +17,7 @@ from rotorpong.world.batch import Cast, ServeBatch
 from rotorpong.world.contact import Solids, state_of, touch_down
 from rotorpong.world.sensors import draw_sensors, read
 from rotorpong.world.serves import Serve, crossing
-from rotorpong.world.simulated_drone import Setting, SimulatedDrone
+from rotorpong.world.simulated_drone import Setting
 
 Step = Callable[[int, int], None]
 STEPS = 4
@@ -33,25 +32,22 @@ def warm_up(progress: Step | None = None) -> None:
     tell = progress or (lambda done, steps: None)
     tell(0, STEPS)
     generators = trial_generators(0, "evaluate", 0)
-    spec = Spec()
-    serve = serve_source(spec.serves, 0)(0, generators.serve)
+    stage = stage_of(Spec())
+    serve = stage.serves(0, generators.serve)
     crossing(serve)
     touch_down(state_of(serve.ball), Solids())
     tell(1, STEPS)
     fly_once(ARDRONE2, generators.vehicle)
-    drone = SimulatedDrone(
-        serve, spec.setting(), vehicle_rng=generators.vehicle, sensor_rng=generators.sensors
-    )
+    drone = new_drone(stage, 0)
     observation = drone.observe()
     drone.command(HOVER)
     drone.truth()
-    play_once(serve, spec.setting())
+    play_once(serve, stage.setting)
     tell(2, STEPS)
-    rng = generators.player
-    is_reachable(SimulatedDrone(serve, spec.setting(), vehicle_rng=rng, sensor_rng=rng))
+    is_reachable(new_drone(stage, 0))
     if observation is not None:
-        spec.make_eyes(drone).see(observation)
-    _take_frame(replace(spec, camera="ardrone2_360p"))
+        stage.spec.make_eyes(drone).see(observation)
+    _take_frame(Spec(camera="ardrone2_360p"))
     tell(3, STEPS)
     ball = bounce(Ball(np.zeros(3), np.array([1.0, 0.0, -1.0]), np.zeros(3)), UP, TABLE_SURFACE)
     fly(ball, Air(), 0.1)
@@ -78,12 +74,7 @@ def play_once(serve: Serve, setting: Setting) -> None:
 
 def _take_frame(spec: Spec) -> None:
     """Look at a few pixels of a frame of a full sensor."""
-    generators = trial_generators(0, "evaluate", 0)
-    serve = serve_source(spec.serves, 0)(0, generators.serve)
-    drone = SimulatedDrone(
-        serve, spec.setting(), vehicle_rng=generators.vehicle, sensor_rng=generators.sensors
-    )
-    observation = drone.observe()
+    observation = new_drone(stage_of(spec), 0).observe()
     if observation is not None:
         observation.frame.region(0, 0, 2, 2)
 

@@ -41,12 +41,13 @@ def in_workers(
 
     Raises:
         RotorpongError: a worker died.
+        Exception: what `begin` or `function` raised.
     """
     others = set(active_children())
     pool = ProcessPoolExecutor(workers, get_context("spawn"), _begin, (begin, arguments))
     try:
         with _interrupts_held():
-            answers = [pool.submit(function, task) for task in tasks]
+            answers = [pool.submit(_perform, function, task) for task in tasks]
         for answer in answers:
             yield answer.result()
     except BrokenProcessPool as error:
@@ -72,10 +73,31 @@ def _interrupts_held() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
+def cores() -> int:
+    """Return how many cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+_broken: Exception | None = None  # what `begin` raised in this worker
+
+
 def _begin(begin: Callable[..., None], arguments: tuple[Any, ...]) -> None:
+    """Begin; an error is kept for the first task, as here the pool would only print and break."""
+    global _broken
     threading.Thread(target=_leave_with_parent, daemon=True).start()
     sys.stdout = sys.stderr
-    begin(*arguments)
+    try:
+        begin(*arguments)
+    except Exception as error:  # noqa: BLE001 - whatever it is, the parent shall have it
+        _broken = error
+
+
+def _perform(function: Callable[[Task], Answer], task: Task) -> Answer:
+    if _broken is not None:
+        raise _broken
+    return function(task)
 
 
 def _leave_with_parent() -> None:

@@ -24,6 +24,7 @@ from rotorpong.conventions import CAMERA_FROM_BODY_AXES, InputError, Rotation, V
 
 Pixels = Float[ndarray, "*batch 2"]
 Directions = Float[ndarray, "*batch 2"]  # X/Z, Y/Z: a ray of unit depth
+Values = Float[ndarray, "*batch"] | float  # a scalar where there is no batch
 
 NO_DISTORTION = (0.0, 0.0, 0.0, 0.0, 0.0)
 UNDISTORTION_STEPS = 20
@@ -225,10 +226,12 @@ def directions(camera: Camera, pixels: Pixels) -> Directions:
     if not any(camera.distortion):
         return distorted
     guess = np.array(distorted, dtype=float)
+    a, b = guess[..., 0], guess[..., 1]  # views: what is subtracted from them is from the guess
     for _ in range(UNDISTORTION_STEPS):
-        step = _newton_step(camera, guess, distorted)
-        guess -= step
-        if np.max(np.abs(step), initial=0.0) < UNDISTORTION_TOLERANCE:
+        u, v = _newton_step(camera, a, b, distorted)
+        a -= u
+        b -= v
+        if max(_largest(u), _largest(v)) < UNDISTORTION_TOLERANCE:
             break
     return guess
 
@@ -272,26 +275,38 @@ def camera_from_body(camera: Camera) -> Rotation:
 
 
 def _distort(camera: Camera, rays: Directions) -> Directions:
-    k1, k2, p1, p2, k3 = camera.distortion
     a, b = rays[..., 0], rays[..., 1]
     r2 = a * a + b * b
-    radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
-    x = a * radial + 2 * p1 * a * b + p2 * (r2 + 2 * a * a)
-    y = b * radial + p1 * (r2 + 2 * b * b) + 2 * p2 * a * b
-    return np.stack([x, y], axis=-1)
+    return np.stack(_bent(camera, a, b, r2, _stretch(camera, r2)), axis=-1)
 
 
-def _newton_step(camera: Camera, guess: Directions, wanted: Directions) -> Directions:
+def _stretch(camera: Camera, r2: Values) -> Values:
+    """Return q of Eq. (2)."""
+    k1, k2, _, _, k3 = camera.distortion
+    return 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+
+
+def _bent(camera: Camera, a: Values, b: Values, r2: Values, q: Values) -> tuple[Values, Values]:
+    """Return x and y of Eq. (2) but for focal length and centre."""
+    _, _, p1, p2, _ = camera.distortion
+    x = a * q + 2 * p1 * a * b + p2 * (r2 + 2 * a * a)
+    y = b * q + p1 * (r2 + 2 * b * b) + 2 * p2 * a * b
+    return x, y
+
+
+def _newton_step(camera: Camera, a: Values, b: Values, wanted: Directions) -> tuple[Values, Values]:
     k1, k2, p1, p2, k3 = camera.distortion
-    a, b = guess[..., 0], guess[..., 1]
     r2 = a * a + b * b
-    radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+    q = _stretch(camera, r2)
     slope = 2 * (k1 + r2 * (2 * k2 + 3 * k3 * r2))
-    xx = radial + slope * a * a + 2 * p1 * b + 6 * p2 * a
+    xx = q + slope * a * a + 2 * p1 * b + 6 * p2 * a
     xy = slope * a * b + 2 * p1 * a + 2 * p2 * b
-    yy = radial + slope * b * b + 6 * p1 * b + 2 * p2 * a
-    error = _distort(camera, guess) - wanted
+    yy = q + slope * b * b + 6 * p1 * b + 2 * p2 * a
+    x, y = _bent(camera, a, b, r2, q)
+    x, y = x - wanted[..., 0], y - wanted[..., 1]
     determinant = xx * yy - xy * xy
-    u = (yy * error[..., 0] - xy * error[..., 1]) / determinant
-    v = (xx * error[..., 1] - xy * error[..., 0]) / determinant
-    return np.stack([u, v], axis=-1)
+    return (yy * x - xy * y) / determinant, (xx * y - xy * x) / determinant
+
+
+def _largest(values: Values) -> float:
+    return float(np.max(np.abs(values), initial=0.0))

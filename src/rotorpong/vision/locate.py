@@ -23,6 +23,8 @@ from rotorpong.physics.camera import Camera, Pixels, directions, project
 PIXEL_STEP = 0.5  # px, to either side
 ROUND_TRIP_PX = 0.1  # a pixel undistorted and projected again
 DIFFERENCE_STEP = 1e-3  # px, for the Jacobian
+CROSS = PIXEL_STEP * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
+STEPS = DIFFERENCE_STEP * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
 
 
 def ball_position(
@@ -47,10 +49,9 @@ def ball_position(
             camera's distortion cannot be undone.
     """
     _check(pixels, diameters_px, ball_diameter)
-    rays = directions(camera, pixels)
-    rays = np.concatenate([rays, np.ones_like(rays[..., :1])], axis=-1)
+    rays, side = _ray_and_side(camera, pixels)
     lengths = np.linalg.norm(rays, axis=-1)
-    distances = ball_diameter / (diameters_px * _plane_per_pixel(camera, pixels))
+    distances = ball_diameter / (diameters_px * side)
     if not eq1:
         distances = distances * lengths**1.5
     positions = rays * (distances / lengths)[..., None]
@@ -58,6 +59,36 @@ def ball_position(
     if not np.all(error < ROUND_TRIP_PX):
         raise InputError(f"camera {camera.name}: its distortion cannot be undone at these pixels")
     return positions
+
+
+def position_and_covariance(
+    camera: Camera,
+    pixels: Pixels,
+    diameters_px: Float[ndarray, "*batch"],
+    *,
+    center_sd_px: float,
+    diameter_sd_px: float,
+    ball_diameter: float = BALL_DIAMETER,
+) -> tuple[Vector3, Float[ndarray, "*batch 3 3"]]:
+    """Return `ball_position` by Eq. (1) and its covariance in m^2, to first order.
+
+    Args:
+        camera: whose picture it is.
+        pixels: centres (x, y) in pixels.
+        diameters_px: diameters in pixels.
+        center_sd_px: standard deviation of each coordinate of a centre.
+        diameter_sd_px: standard deviation of a diameter.
+        ball_diameter: of the real ball, m.
+
+    Raises:
+        InputError: as `ball_position`.
+    """
+    measured = np.concatenate([pixels, np.asarray(diameters_px)[..., None]], axis=-1)
+    moved = measured[..., None, :] + STEPS
+    ends = ball_position(camera, moved[..., :2], moved[..., 2], ball_diameter=ball_diameter)
+    slopes = (ends[..., 1:4, :] - ends[..., 4:, :]) / (2 * DIFFERENCE_STEP)
+    scaled = slopes * np.array([center_sd_px, center_sd_px, diameter_sd_px])[:, None]
+    return ends[..., 0, :], np.swapaxes(scaled, -1, -2) @ scaled
 
 
 def position_covariance(
@@ -82,25 +113,26 @@ def position_covariance(
     Raises:
         InputError: as `ball_position`.
     """
-    measured = np.concatenate([pixels, np.asarray(diameters_px)[..., None]], axis=-1)
-    steps = DIFFERENCE_STEP * np.concatenate([np.eye(3), -np.eye(3)])
-    moved = measured[..., None, :] + steps
-    ends = ball_position(
-        camera, moved[..., :2], moved[..., 2], ball_diameter=ball_diameter, eq1=True
+    _, covariance = position_and_covariance(
+        camera,
+        pixels,
+        diameters_px,
+        center_sd_px=center_sd_px,
+        diameter_sd_px=diameter_sd_px,
+        ball_diameter=ball_diameter,
     )
-    slopes = (ends[..., :3, :] - ends[..., 3:, :]) / (2 * DIFFERENCE_STEP)
-    scaled = slopes * np.array([center_sd_px, center_sd_px, diameter_sd_px])[:, None]
-    return np.swapaxes(scaled, -1, -2) @ scaled
+    return covariance
 
 
-def _plane_per_pixel(camera: Camera, pixels: Pixels) -> Float[ndarray, "*batch"]:
-    """Return the side, on the plane Z = 1, of a square with the area of one pixel there."""
-    along_x, along_y = PIXEL_STEP * np.eye(2)
-    across = directions(camera, pixels + along_x) - directions(camera, pixels - along_x)
-    down = directions(camera, pixels + along_y) - directions(camera, pixels - along_y)
+def _ray_and_side(camera: Camera, pixels: Pixels) -> tuple[Vector3, Float[ndarray, "*batch"]]:
+    """Return the ray (X/Z, Y/Z, 1) and, on the plane Z = 1, a square's side of a pixel's area."""
+    rays = directions(camera, pixels[..., None, :] + CROSS)
+    across, down = rays[..., 1, :] - rays[..., 2, :], rays[..., 3, :] - rays[..., 4, :]
     area = across[..., 0] * down[..., 1] - across[..., 1] * down[..., 0]
     with np.errstate(invalid="ignore"):
-        return np.asarray(np.sqrt(area / (2 * PIXEL_STEP) ** 2))
+        side = np.asarray(np.sqrt(area / (2 * PIXEL_STEP) ** 2))
+    middle = rays[..., 0, :]
+    return np.concatenate([middle, np.ones_like(middle[..., :1])], axis=-1), side
 
 
 def _check(pixels: ndarray, diameters_px: ndarray, ball_diameter: float) -> None:

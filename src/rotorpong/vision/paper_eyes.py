@@ -17,7 +17,7 @@ from rotorpong.conventions import BALL_DIAMETER, InputError
 from rotorpong.drone import BallEstimate, Observation
 from rotorpong.physics.camera import Camera
 from rotorpong.vision.detect import as_picture, find_blobs
-from rotorpong.vision.locate import ball_position, position_covariance
+from rotorpong.vision.locate import position_and_covariance
 from rotorpong.vision.measure import Circle, fit_circle
 
 PLAUSIBLE_SCORE = 0.1
@@ -83,7 +83,7 @@ class PaperEyes:
 
     def _sight(self, circle: Circle, time: float) -> _Sight:
         pixel, diameter = np.array([circle.x_px, circle.y_px]), np.array(circle.diameter_px)
-        covariance = position_covariance(
+        position, covariance = position_and_covariance(
             self._camera,
             pixel,
             diameter,
@@ -91,7 +91,6 @@ class PaperEyes:
             diameter_sd_px=DIAMETER_SD_PX,
             ball_diameter=self._ball_diameter,
         )
-        position = ball_position(self._camera, pixel, diameter, ball_diameter=self._ball_diameter)
         return _Sight(time, position, covariance)
 
 

@@ -6,6 +6,7 @@ that breaks off gives its frames up to there and is then an error.
 """
 
 import logging
+import os
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,6 +18,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from rotorpong.conventions import BALL_DIAMETER, InputError, Picture
+from rotorpong.files import write_whole
 from rotorpong.physics.camera import Camera
 from rotorpong.vision.detect import Colour, Detection, detect
 from rotorpong.vision.locate import ball_position, position_covariance
@@ -145,10 +147,16 @@ def write_annotated(result: PictureBalls, folder: Path, *, index: int) -> Path:
     _, data = cv2.imencode(".png", annotate(result.picture, result.balls))
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(data.tobytes())
     except OSError as error:
-        raise InputError(f"cannot write {path} ({error.strerror})") from None
+        raise InputError(f"{folder}: cannot be made ({error.strerror})") from None
+    write_whole(path, data.tobytes())
     return path
+
+
+def hush_codecs() -> None:
+    """Keep OpenCV's and FFmpeg's own complaints off stderr: ours name the file."""
+    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
 
 
 def _read_folder(folder: Path) -> Iterator[tuple[Path, int, Picture]]:

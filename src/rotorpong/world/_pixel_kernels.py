@@ -1,9 +1,11 @@
 """What every painted surface needs, compiled: spans, coverage, texture, colour.
 
-A picture is painted in tiles, pieces of a row that fit the processor's first cache, layer over
-layer, far to near, in single precision. A ray is p(t) = o + t d with d of unit depth in the camera
-frame, so t is depth. On a plane, what a pixel spans along an axis is taken as an interval, and its
-overlap with a line, a cord, a pane is a length: edges are covered without samples.
+A picture is painted in tiles, parts of a row, layer over layer, far to near, in single precision.
+What one layer needs of a tile fits the processor's first cache; in shorter tiles all of it would,
+but each call of a kernel costs as much as twenty pixels. A ray is p(t) = o + t d with d of unit
+depth in the camera frame, so t is depth. On a plane, what a pixel spans along an axis is taken as
+an interval, and its overlap with a line, a cord, a pane is a length: edges are covered without
+samples.
 
 All that is known of a tile lies in one flat array, one quantity after the other, at offsets that
 are constants of the compiler: it then knows that no two of them overlap, and a loop without
@@ -24,20 +26,21 @@ F = np.float32
 ZERO, QUARTER, HALF, ONE, TWO = F(0), F(0.25), F(0.5), F(1), F(2)
 TINY, FAR = F(1e-9), F(1e9)
 
-TILE = 160  # pixels
+TILE = 640  # pixels
 (
     BLUE, GREEN, RED,  # the colour so far
-    X, Y, Z, IX, IY, IZ, PITCH,  # direction of the ray in the world, its inverse, pixel's angle
-    WALL_T, WALL_Z, SOFT,  # depth and height where the ray meets the nearest wall, pixel's width
+    X, Y, Z, PITCH,  # direction of the ray in the world, pixel's angle
+    WALL_Z, SOFT,  # height at which the ray meets the nearest wall, pixel's width there
     NEAR, BEYOND,  # depths between which layers are laid
     BALL_LIGHT, BALL_COVER,
     TABLE_X, TABLE_Y, TABLE_LONG, TABLE_WIDE, TABLE_SEEN,
     P, Q, FADE,  # place between texels, how much of the texture a pixel resolves
-    SEEN, LIGHT, COVER, TAPE_COVER, POST_COVER,
+    SEEN, LIGHT, COVER,
     T, U, V, SPAN_U, SPAN_V,  # of the plane at hand: depth, place, what a pixel spans
-) = (TILE * row for row in range(35))  # fmt: skip
-TILE_SIZE = TILE * 35
+) = (TILE * row for row in range(29))  # fmt: skip
+TILE_SIZE = TILE * 29
 EYE, RIGHT, DOWN, FORWARD = range(4)  # rows of a view
+AHEAD, ASIDE, UP = np.arange(3)  # its columns, the axes of the world
 
 COLOURS = (
     "ball", "table", "line", "net", "steel", "floor", "seam", "wall", "wainscot", "window",
@@ -147,17 +150,18 @@ def cross(tile, n, view, normal, offset):
     pixels span along them to SPAN_U and SPAN_V.
     """
     u, v = (normal + 1) % 3, (normal + 2) % 3
-    inverse_direction = tile[IX + TILE * normal :]
+    toward = tile[X + TILE * normal :]
     along_u, along_v = tile[X + TILE * u :], tile[X + TILE * v :]
     away, start_u, start_v = offset - view[EYE, normal], view[EYE, u], view[EYE, v]
     right_u, right_v, right_n = view[RIGHT, u], view[RIGHT, v], view[RIGHT, normal]
     down_u, down_v, down_n = view[DOWN, u], view[DOWN, v], view[DOWN, normal]
     for i in range(n):
-        t = away * inverse_direction[i]
+        inverse_direction = inverse(toward[i])
+        t = away * inverse_direction
         tile[T + i] = t
         tile[U + i] = start_u + t * along_u[i]
         tile[V + i] = start_v + t * along_v[i]
-        slope_u, slope_v = along_u[i] * inverse_direction[i], along_v[i] * inverse_direction[i]
+        slope_u, slope_v = along_u[i] * inverse_direction, along_v[i] * inverse_direction
         scale = t * tile[PITCH + i]
         tile[SPAN_U + i] = span(slope_u, right_u, down_u, right_n, down_n, scale)
         tile[SPAN_V + i] = span(slope_v, right_v, down_v, right_n, down_n, scale)

@@ -14,7 +14,6 @@ from rotorpong.world._pixel_kernels import (
     FLOOR,
     GREEN,
     HALF,
-    IY,
     LAMP,
     LIGHT,
     LINE,
@@ -27,27 +26,29 @@ from rotorpong.world._pixel_kernels import (
     SOFT,
     SPAN_U,
     SPAN_V,
-    TAPE_COVER,
     TEXEL,
     TEXELS_PER_METRE,
     TINY,
     TWO,
+    UP,
     WAINSCOT,
     WALL,
-    WALL_T,
     WALL_Z,
     WINDOW,
     ZERO,
     F,
     P,
     Q,
+    T,
     U,
     V,
     X,
     Y,
+    Z,
     cross,
     fill,
     grain,
+    inverse,
     lay,
     overlap,
     span,
@@ -57,7 +58,7 @@ from rotorpong.world._pixel_kernels import (
 )
 
 GROUND, ROOF = F(court.FLOOR_HEIGHT), F(court.CEILING_HEIGHT)
-SIDE = F(court.ROOM_HALF_WIDTH)
+BACK, FRONT, SIDE = F(court.ROOM_BACK), F(court.ROOM_FRONT), F(court.ROOM_HALF_WIDTH)
 LENGTH, WIDTH = F(court.TABLE_HALF_LENGTH), F(court.TABLE_HALF_WIDTH)
 
 WAINSCOT_TOP, RAIL_MIDDLE, RAIL_TOP = F(0.42), F(0.445), F(0.47)
@@ -68,20 +69,22 @@ ALONG, SHIFT = F(0.12), F(7.3)  # planks: grain stretched along x, shifted from 
 LAMP_PERIOD, LAMP_WIDTH, LAMP_LENGTH = F(2.0), F(0.35), F(1.2)
 SIDE_LIGHT, CORNER_LIGHT, CORNER_SLOPE, ALMOST = F(0.93), F(0.78), F(0.176), F(1e-4)
 RAMP_SLOPE, SHADE = F(1.43), F(0.35)
-UP = np.int64(2)  # axis
 
 
 @kernel
 def room(tile, n, texels, view, paint):
     """Paint walls, floor and ceiling."""
-    low, middle, high = False, False, False
-    for i in range(n):
-        height, soft = tile[WALL_Z + i], tile[SOFT + i]
-        low |= height < GROUND + soft
-        middle |= (height > GROUND - soft) & (height < ROOF + soft)
-        high |= height > ROOF - soft
+    low, middle, high, panelled, glazed = wall_places(tile, n, texels, view)
     if middle:
-        walls(tile, n, texels, view, paint)
+        grain(tile, texels, paint.texture, n)
+        walls(tile, n, paint.colours, panelled)
+        if glazed:
+            panes(tile, n)
+            lay(tile, n, paint.colours[WINDOW])
+    else:
+        fill(tile[BLUE:], n, ZERO)
+        fill(tile[GREEN:], n, ZERO)
+        fill(tile[RED:], n, ZERO)
     if low:
         floor(tile, n, texels, view, paint)
     if high:
@@ -89,56 +92,74 @@ def room(tile, n, texels, view, paint):
 
 
 @kernel
-def walls(tile, n, texels, view, paint):
-    """Lay the four walls with wainscot, rail and windows; floor and ceiling cover the rest."""
-    glazed = wall_places(tile, n, texels, view)
-    grain(tile, texels, paint.texture, n)
-    for i in range(n):
-        height, soft = tile[WALL_Z + i], tile[SPAN_U + i]
-        corner = min(CORNER_LIGHT + (height - GROUND) * CORNER_SLOPE, ONE)
-        tile[LIGHT + i] = tile[SEEN + i] * corner * (ONE + tile[LIGHT + i])
-        tile[COVER + i] = step(height - RAIL_MIDDLE, soft)
-        tile[TAPE_COVER + i] = overlap(height, WAINSCOT_TOP, RAIL_TOP, soft)
-    lay_walls(tile[BLUE:], tile, n, paint.colours[:, 0])
-    lay_walls(tile[GREEN:], tile, n, paint.colours[:, 1])
-    lay_walls(tile[RED:], tile, n, paint.colours[:, 2])
-    if glazed:
-        panes(tile, n)
-        lay(tile, n, paint.colours[WINDOW])
-
-
-@kernel
 def wall_places(tile, n, texels, view):
     """Write where each ray ends on its wall, what a pixel spans there, the wall's light.
 
-    Return whether a pixel may show a window.
+    Return what a pixel may show: floor, wall, ceiling, the wall's panelling up to its rail, a
+    window.
     """
-    eye_x, eye_y = view[EYE, 0], view[EYE, 1]
+    eye_x, eye_y, eye_z = view[EYE, 0], view[EYE, 1], view[EYE, 2]
     right_x, down_x, right_y, down_y = view[RIGHT, 0], view[DOWN, 0], view[RIGHT, 1], view[DOWN, 1]
-    glazed = False
+    front, back, left, right = FRONT - eye_x, BACK - eye_x, SIDE - eye_y, -SIDE - eye_y
+    low, middle, high, panelled, glazed = False, False, False, False, False
     for i in range(n):
-        x, y, depth, height = tile[X + i], tile[Y + i], tile[WALL_T + i], tile[WALL_Z + i]
+        x, y, pitch = tile[X + i], tile[Y + i], tile[PITCH + i]
+        ix, iy = inverse(x), inverse(y)
+        depth = min((front if ix > ZERO else back) * ix, (left if iy > ZERO else right) * iy)
+        height, soft = eye_z + depth * tile[Z + i], depth * pitch
+        low |= height < GROUND + soft
+        middle |= (height > GROUND - soft) & (height < ROOF + soft)
+        high |= height > ROOF - soft
+        tile[WALL_Z + i], tile[SOFT + i] = height, soft
         across = eye_y + depth * y
         is_side = abs(across) > SIDE - ALMOST
         along = (eye_x + depth * x) + HALF if is_side else across
-        slanted = max(span(x * tile[IY + i], right_x, down_x, right_y, down_y, ONE), ONE)
-        soft = depth * tile[PITCH + i] * (slanted if is_side else ONE)
+        slanted = max(span(x * iy, right_x, down_x, right_y, down_y, ONE), ONE)
+        soft = soft * (slanted if is_side else ONE)
         u, v = along * TEXELS_PER_METRE, height * TEXELS_PER_METRE
         tile[P + i], tile[Q + i] = u - np.floor(u), v - np.floor(v)
         texels[i] = texel(u, v)
         tile[FADE + i] = min(TEXEL / max(soft, TINY), ONE)
         tile[U + i], tile[SPAN_U + i] = along, soft
         tile[SEEN + i] = SIDE_LIGHT if is_side else ONE
+        panelled |= height < RAIL_TOP + soft
         glazed |= (height > WINDOW_LOW - soft) & (height < WINDOW_HIGH + soft)
-    return glazed
+    return low, middle, high, panelled, glazed
 
 
 @kernel
-def lay_walls(under, tile, n, colours):
+def walls(tile, n, colours, panelled):
+    """Lay the four walls with wainscot and rail; floor and ceiling cover the rest."""
+    if not panelled:
+        blue, green, red = colours[WALL, 0], colours[WALL, 1], colours[WALL, 2]
+        for i in range(n):
+            light = wall_light(tile[WALL_Z + i], tile[SEEN + i], tile[LIGHT + i])
+            tile[BLUE + i], tile[GREEN + i] = blue * light, green * light
+            tile[RED + i] = red * light
+        return
+    for i in range(n):
+        height, soft = tile[WALL_Z + i], tile[SPAN_U + i]
+        tile[LIGHT + i] = wall_light(height, tile[SEEN + i], tile[LIGHT + i])
+        tile[COVER + i] = step(height - RAIL_MIDDLE, soft)
+        tile[T + i] = overlap(height, WAINSCOT_TOP, RAIL_TOP, soft)
+    lay_panels(tile[BLUE:], tile, n, colours[:, 0])
+    lay_panels(tile[GREEN:], tile, n, colours[:, 1])
+    lay_panels(tile[RED:], tile, n, colours[:, 2])
+
+
+@kernel
+def wall_light(height, side, texture):
+    """Return how bright a wall is at a height: darker on the sides and towards the floor."""
+    corner = min(CORNER_LIGHT + (height - GROUND) * CORNER_SLOPE, ONE)
+    return side * corner * (ONE + texture)
+
+
+@kernel
+def lay_panels(under, tile, n, colours):
     """Lay wainscot, wall and rail in one colour channel."""
     wainscot, wall, line = colours[WAINSCOT], colours[WALL], colours[LINE]
     for i in range(n):
-        light, cover, rail = tile[LIGHT + i], tile[COVER + i], tile[TAPE_COVER + i]
+        light, cover, rail = tile[LIGHT + i], tile[COVER + i], tile[T + i]
         colour = (ONE - cover) * (wainscot * light) + cover * (wall * light)
         under[i] = (ONE - rail) * colour + rail * (line * light)
 

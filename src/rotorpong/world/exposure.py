@@ -18,30 +18,27 @@ import functools
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, UInt8
+from jaxtyping import Float, Float32, UInt8
 from numpy import ndarray
 
 from rotorpong.conventions import InputError, Picture
 from rotorpong.physics.camera import Camera, require_camera
-from rotorpong.world._pixel_kernels import TILE
-from rotorpong.world._render_kernels import Shutter
+from rotorpong.world._moment_kernels import Shutter
 from rotorpong.world._sensor_kernels import (
     FINENESS,
     LEVELS,
     NORMALS,
-    Lines,
     Sensor,
-    expose_rows,
 )
 from rotorpong.world.render import (
     Region,
     Scene,
-    blank_moment,
-    blank_tile,
     check_pose,
+    lens_at_door,
     paint_of,
-    rays_at_door,
     region_at_door,
+    shutter_of,
+    take,
 )
 
 INSTANTS = 8  # of the ball in an exposure
@@ -86,22 +83,11 @@ def expose(
             be; the region is empty or reaches out of the picture.
     """
     require_camera(camera)
-    rays = rays_at_door(camera)
-    x0, y0, x1, y1 = region_at_door(camera, region)
+    lens = lens_at_door(camera)
+    box = region_at_door(camera, region)
     shutter = _shutter(camera, motion, frame_time)
-    picture = np.empty((y1 - y0, 3 * (x1 - x0)), np.uint8)
-    expose_rows(
-        picture,
-        rays,
-        (x0, y0),
-        shutter,
-        blank_moment(INSTANTS if camera.exposure_s > 0.0 else 1),
-        paint_of(scene, camera.gamma),
-        blank_tile(),
-        _sensor(camera, key),
-        _lines(x1 - x0),
-    )
-    return picture.reshape(y1 - y0, x1 - x0, 3)
+    exposed = shutter, INSTANTS if camera.exposure_s > 0.0 else 1
+    return take(lens, box, exposed, paint_of(scene, camera.gamma), _sensor(camera, key))
 
 
 def _shutter(camera: Camera, motion: Motion, frame_time: float) -> Shutter:
@@ -119,7 +105,7 @@ def _shutter(camera: Camera, motion: Motion, frame_time: float) -> Shutter:
     if not np.all(np.isfinite(track)):
         raise InputError("a motion holds numbers that are not finite")
     first = frame_time + (0.5 / camera.height_px - 0.5) * camera.readout_s - motion.start
-    return Shutter(
+    return shutter_of(
         np.ascontiguousarray(track, dtype=np.float64),
         first / motion.step,
         camera.readout_s / camera.height_px / motion.step,
@@ -139,23 +125,19 @@ def _sensor(camera: Camera, key: tuple[int, ...]) -> Sensor:
         np.float32(camera.shot_noise),
         np.float32(camera.read_noise**2),
         starts,
-        _normals(),
+        _normals(camera.width_px),
         _response(camera.gamma),
     )
 
 
-@functools.lru_cache(maxsize=1)
-def _normals() -> Float[ndarray, "n"]:
+@functools.lru_cache(maxsize=8)
+def _normals(more: int) -> Float32[ndarray, "n"]:
+    """Return the fixed sequence, and so much of its beginning again."""
     normals = np.random.default_rng(SEED_OF_NORMALS).standard_normal(NORMALS).astype(np.float32)
-    return np.concatenate([normals, normals[:TILE]])
+    return np.resize(normals, NORMALS + more)
 
 
 @functools.lru_cache(maxsize=8)
 def _response(gamma: float) -> UInt8[ndarray, "levels"]:
     light = np.minimum(np.arange(LEVELS) / float(FINENESS) / 255.0, 1.0)
     return np.rint(255.0 * light ** (1.0 / gamma)).astype(np.uint8)
-
-
-def _lines(n: int) -> Lines:
-    light, ring = np.zeros((3, n + 2), np.float32), np.zeros((9, n), np.float32)
-    return Lines(light, ring, np.zeros((3, TILE), np.int32))

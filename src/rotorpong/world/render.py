@@ -12,6 +12,8 @@ eyes on the near side of it. A ball that touches the camera's centre is not draw
 """
 
 import functools
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,25 +22,35 @@ from numpy import ndarray
 
 from rotorpong.conventions import InputError, Picture
 from rotorpong.physics.camera import Camera, pixel_directions
+from rotorpong.world._moment_kernels import TRACK_COLUMNS, Moment, Shutter
 from rotorpong.world._pixel_kernels import (
+    BEYOND,
     COLOURS,
+    FAR,
     LIMB_COLUMNS,
     TEXELS,
     TILE,
     TILE_SIZE,
     Paint,
 )
-from rotorpong.world._render_kernels import (
-    TRACK_COLUMNS,
-    Moment,
-    Shutter,
-    cover_rows,
-    paint_rows,
-)
+from rotorpong.world._sensor_kernels import Lines, Sensor, take_rows
+from rotorpong.world._sphere_kernels import SUMS_SIZE, cover_rows
+from rotorpong.world._survey_kernels import LANES, PIECE, PLANES, SPANS, Lens, Scan
 
 Colour = tuple[float, float, float]  # blue, green, red in 0 .. 255
 Region = tuple[int, int, int, int]  # x0, y0, x1, y1 in pixels, the last two exclusive
+Work = tuple[  # of a tile: its quantities, its places in the texture, sums over the ball
+    Float32[ndarray, "size"], Int32[ndarray, "pixels"], Float[ndarray, "sums"]
+]
 
+IDEAL = Sensor(
+    np.float32(0),
+    np.float32(0),
+    np.float32(0),
+    np.zeros((0, 3), np.int64),
+    np.zeros(0, np.float32),
+    np.zeros(0, np.uint8),
+)
 ROTATION_TOLERANCE = 1e-6
 TEXTURE_OCTAVE_DECAY = 1.2  # amplitude over spatial frequency
 
@@ -121,13 +133,11 @@ def render(
         InputError: a pose is not finite or no rotation, the camera is smaller than 2 x 2 pixels,
             or the region is empty or reaches out of the picture.
     """
-    rays = rays_at_door(camera)
+    lens = lens_at_door(camera)
     check_pose(camera_position, world_from_camera, ball_position)
-    x0, y0, x1, y1 = region_at_door(camera, region)
-    picture = np.empty((y1 - y0, 3 * (x1 - x0)), np.uint8)
+    box = region_at_door(camera, region)
     shutter = still(camera_position, world_from_camera, ball_position)
-    paint_rows(picture, rays, (x0, y0), shutter, blank_moment(1), paint_of(scene), blank_tile())
-    return picture.reshape(y1 - y0, x1 - x0, 3)
+    return take(lens, box, (shutter, 1), paint_of(scene), IDEAL)
 
 
 def ball_coverage(
@@ -150,18 +160,56 @@ def ball_coverage(
     Raises:
         InputError: as for `render`.
     """
-    rays = rays_at_door(camera)
+    lens = lens_at_door(camera)
     check_pose(camera_position, world_from_camera, ball_position)
     coverage = np.zeros((camera.height_px, camera.width_px), np.float32)
     shutter = still(camera_position, world_from_camera, ball_position)
-    cover_rows(coverage, rays, shutter, blank_moment(instants))
+    cover_rows(coverage, lens, shutter, blank_moment(instants), blank_tile())
     return coverage
+
+
+def take(
+    lens: Lens, box: Region, exposed: tuple[Shutter, int], paint: Paint, sensor: Sensor
+) -> Picture:
+    """Return a box of the picture.
+
+    Args:
+        lens: of the camera.
+        box: (x0, y0, x1, y1) in pixels.
+        exposed: when, and at how many instants of an exposure the ball is looked at.
+        paint: of the scene.
+        sensor: what becomes of the light.
+    """
+    x0, y0, x1, y1 = box
+    n = x1 - x0
+    picture = np.empty((y1 - y0, 3 * n), np.uint8)
+    scan = Scan(
+        np.empty((lens.bounds.shape[1], 4 * LANES), np.float32),
+        np.empty((PLANES, 4), np.float32),
+        np.zeros((SPANS, 2), np.int64),
+    )
+    lines = Lines(
+        np.zeros((3, n + 2), np.float32),
+        np.zeros((9, n), np.float32),
+        np.zeros((3, n), np.int32),
+    )
+    shutter, instants = exposed
+    moment, work = blank_moment(instants), blank_tile()
+    take_rows(picture, lens, (x0, y0), shutter, moment, scan, paint, work, sensor, lines)
+    return picture.reshape(y1 - y0, n, 3)
 
 
 def still(position: ndarray, rotation: ndarray, ball: ndarray) -> Shutter:
     """Return a shutter before which nothing moves."""
     row = np.concatenate([position, rotation.ravel(), ball]).astype(np.float64)
-    return Shutter(row.reshape(1, TRACK_COLUMNS), 0.0, 0.0, 0.0)
+    return shutter_of(row.reshape(1, TRACK_COLUMNS), 0.0, 0.0, 0.0)
+
+
+def shutter_of(
+    track: Float[ndarray, "n columns"], first: float, each: float, window: float
+) -> Shutter:
+    """Return a shutter with room for the boxes around the ball, to be written."""
+    return Shutter(track, np.empty((max(len(track) - 1, 1), 4), np.float32), first, each, window)
 
 
 def blank_moment(instants: int) -> Moment:
@@ -171,32 +219,50 @@ def blank_moment(instants: int) -> Moment:
     return Moment(pose, view, np.zeros((instants, 3)), light, box)
 
 
-def blank_tile() -> tuple[Float32[ndarray, "size"], Int32[ndarray, "pixels"]]:
-    """Return the kernels' room for a tile: its quantities, its places in the texture."""
-    return np.zeros(TILE_SIZE, np.float32), np.zeros(TILE, np.int32)
+def blank_tile() -> Work:
+    """Return the kernels' room for a tile, without bounds in depth: see `Work`."""
+    tile = np.zeros(TILE_SIZE, np.float32)
+    tile[BEYOND : BEYOND + TILE] = FAR
+    return tile, np.zeros(TILE, np.int32), np.empty(SUMS_SIZE)
 
 
-def rays_at_door(camera: Camera) -> Float32[ndarray, "3 height width"]:
-    """Return X/Z, Y/Z and pitch of every pixel, once it is sure that the camera has pixels."""
+def lens_at_door(camera: Camera) -> Lens:
+    """Return the directions of all pixels, once it is sure that the camera has pixels."""
     if camera.width_px < 2 or camera.height_px < 2:
         raise InputError(
             f"a picture of {camera.width_px} x {camera.height_px} pixels was asked for; "
             "a camera has at least 2 x 2"
         )
-    return _rays(camera)
+    return _lens(camera)
 
 
 @functools.lru_cache(maxsize=8)
-def _rays(camera: Camera) -> Float32[ndarray, "3 height width"]:
-    """Return X/Z, Y/Z and what a pixel spans of them, for every pixel; read-only."""
+def _lens(camera: Camera) -> Lens:
+    """Return X/Z, Y/Z and what a pixel spans of them, for every pixel, and bounds; read-only."""
     directions = pixel_directions(camera)
     (a_down, a_right), (b_down, b_right) = (
         np.gradient(directions[..., k], axis=(0, 1)) for k in range(2)
     )
     pitch = np.sqrt(np.abs(a_right * b_down - a_down * b_right))
     rays = np.stack([directions[..., 0], directions[..., 1], pitch]).astype(np.float32)
-    rays.setflags(write=False)
-    return rays
+    bounds = _bounds(rays)
+    for array in (rays, bounds):
+        array.setflags(write=False)
+    return Lens(rays, bounds)
+
+
+def _bounds(rays: Float32[ndarray, "3 height width"]) -> Float32[ndarray, "height blocks lanes"]:
+    """Return the least and most of X/Z and Y/Z and the widest pitch in every piece of every row.
+
+    The last pixel of a row is repeated until the pieces fill the kernels' blocks.
+    """
+    _, height, width = rays.shape
+    blocks = -(-width // (PIECE * LANES))
+    columns = np.minimum(np.arange(blocks * PIECE * LANES), width - 1)
+    pieces = rays[:, :, columns].reshape(3, height, blocks, LANES, PIECE)
+    least, most = pieces.min(axis=4), pieces.max(axis=4)
+    bounds = np.stack([least[0], most[0], least[1], most[1], most[2]], axis=2)
+    return bounds.reshape(height, blocks, 5 * LANES)
 
 
 @functools.lru_cache(maxsize=8)
@@ -243,11 +309,22 @@ def check_pose(position: ndarray, rotation: ndarray, ball: ndarray) -> None:
         ("rotation of the camera", rotation, (3, 3)),
         ("ball position", ball, (3,)),
     ):
-        if array.shape != shape or not np.all(np.isfinite(array)):
+        if array.shape != shape or not all(map(math.isfinite, array.ravel().tolist())):
             raise InputError(f"{name} is {array.tolist()}; expected finite numbers of {shape}")
-    error = np.abs(rotation @ rotation.T - np.eye(3)).max()
-    if error > ROTATION_TOLERANCE or np.linalg.det(rotation) < 0.0:
+    if not _is_rotation(*rotation.tolist()):
         raise InputError(f"{rotation.tolist()} is no rotation: its rows are not right-handed axes")
+
+
+def _is_rotation(x: Sequence[float], y: Sequence[float], z: Sequence[float]) -> bool:
+    """Tell whether rows are right-handed axes; in plain numbers, four times as fast."""
+    ones, zeros = (_dot(x, x), _dot(y, y), _dot(z, z)), (_dot(x, y), _dot(y, z), _dot(z, x))
+    errors = *(one - 1.0 for one in ones), *zeros
+    normal = (x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0])
+    return max(map(abs, errors)) <= ROTATION_TOLERANCE and _dot(normal, z) >= 0.0
+
+
+def _dot(one: Sequence[float], other: Sequence[float]) -> float:
+    return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
 
 
 def region_at_door(camera: Camera, region: Region | None) -> Region:

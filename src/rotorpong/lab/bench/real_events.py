@@ -34,7 +34,7 @@ from rotorpong.physics.flight_legs import AirFit, Legs, fit_air, landing, undela
 Progress = Callable[[int, int], None]
 STEPS = 4
 SHORTEST_LEG = 0.08  # s
-LONGEST_FLIGHT = 3.0  # s
+LONGEST_FLIGHT = 3.0  # s: a ball that is gone for longer was missed in between
 FEWEST = 20  # in a class that gets a row
 _quantiles = functools.partial(quantile_rows, fewest=FEWEST)
 SPIN_RATIOS = (0.0, 0.3, 0.45, 0.6, 0.8, 1.2)  # edges of classes
@@ -42,6 +42,7 @@ NORMAL_SPEEDS = (1.5, 2.0, 2.5, 3.0, 4.5)  # m/s
 SPUN = 100.0  # rad/s that make a topspin or a backspin
 FELT = 60.0  # rad/s of predicted change that its measurement can be compared with
 LEAST_SLIP = 0.5  # m/s, of which a share can be told from noise
+ODD_BALLS = np.errstate(divide="ignore", invalid="ignore")  # come in level, say: not finite
 LONG_LEG = 0.3  # s, over which spin that decays can be told from noise
 
 
@@ -65,13 +66,7 @@ def rows(path: Path, progress: Progress) -> tuple[Row, ...]:
         InputError: a file is unreadable or damaged, or too few events are usable.
     """
     progress(0, STEPS)
-    events, others = read_events(path)
-    match = match_of(events)
-    if len(match.legs) < FEWEST:
-        raise InputError(
-            f"{path}: {len(match.legs)} flights to a bounce in {len(events)} events; expected at "
-            f"least {FEWEST}"
-        )
+    events, others, match = require(path)
     progress(1, STEPS)
     fit = fit_air(match.legs)
     found = [*_counts(events, others, match), *_air_rows(fit)]
@@ -82,6 +77,22 @@ def rows(path: Path, progress: Progress) -> tuple[Row, ...]:
     found += [*_bounce_rows(bounces, match), *_law_rows(bounces, match)]
     progress(STEPS, STEPS)
     return tuple(found)
+
+
+def require(path: Path) -> tuple[tuple[Event, ...], int, Match]:
+    """Return the events that `rows` measures, how many files are none, and the match of them.
+
+    Raises:
+        InputError: see `rows`.
+    """
+    events, others = read_events(path)
+    match = match_of(events)
+    if len(match.legs) < FEWEST:
+        raise InputError(
+            f"{path}: {len(match.legs)} flights to a bounce in {len(events)} events; expected at "
+            f"least {FEWEST}"
+        )
+    return events, others, match
 
 
 def match_of(events: tuple[Event, ...]) -> Match:
@@ -102,7 +113,7 @@ def bounces_of(match: Match, fit: AirFit) -> Bounces:
 
 def _is_leg(start: Event, end: Event) -> bool:
     follows = start.rally == end.rally and end.number == start.number + 1
-    lasts = end.time - start.time > SHORTEST_LEG
+    lasts = SHORTEST_LEG < end.time - start.time <= LONGEST_FLIGHT
     free = start.kind != "net" and end.kind == "bounce"
     return follows and lasts and free and start.measured and end.measured
 
@@ -169,6 +180,7 @@ def _landing_rows(legs: Legs, fit: AirFit, words: str, air: Air) -> list[Row]:
     return found
 
 
+@ODD_BALLS
 def _bounce_rows(bounces: Bounces, match: Match) -> list[Row]:
     """Return restitution, friction, grip and spin, each measured by itself."""
     as_given = -match.after.velocity[:, 2] / bounces.before.velocity[:, 2]
@@ -201,6 +213,7 @@ def _spin_rows(bounces: Bounces, match: Match) -> list[Row]:
     return [*found, *_quantiles("events: decay of spin about the vertical", decay, "1/s")]
 
 
+@ODD_BALLS
 def _law_rows(bounces: Bounces, match: Match) -> list[Row]:
     """Return the errors of the product's bounce, measured minus predicted, by regime and spin."""
     predicted = bounce(bounces.before, UP, TABLE_SURFACE)
@@ -240,7 +253,10 @@ def _law_rows(bounces: Bounces, match: Match) -> list[Row]:
 
 
 def _spread(name: str, values: Float[ndarray, "n"], unit: str) -> list[Row]:
-    """Return median and half the width between the 16 % and 84 % quantiles."""
+    """Return median and half the width between the 16 % and 84 % quantiles of what is finite."""
+    values = values[np.isfinite(values)]
+    if not len(values):
+        return []
     low, middle, high = np.quantile(values, [0.16, 0.5, 0.84])
     return [
         Row(f"{name}, median", float(middle), unit),

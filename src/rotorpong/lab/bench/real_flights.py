@@ -74,18 +74,13 @@ def rows(path: Path, progress: Progress) -> tuple[Row, ...]:
     Raises:
         InputError: a file is unreadable or damaged, or no flight is long enough.
     """
-    flights, others = read_flight_tree(path)
+    flights, others = require(path)
     arcs: list[list[Fitted]] = []
     for done, flight in enumerate(flights):
         progress(done, len(flights))
         arcs.append(fit_arcs(flight))
     progress(len(flights), len(flights))
     found = list(itertools.chain(*arcs))
-    if not found:
-        raise InputError(
-            f"{path}: no free flight of {FEWEST_POINTS} points and {SHORTEST:g} s in "
-            f"{len(flights)} recordings"
-        )
     counts = [
         Row("flights: recordings", len(flights), "files"),
         Row("flights: files passed over", others, "files"),
@@ -101,14 +96,24 @@ def rows(path: Path, progress: Progress) -> tuple[Row, ...]:
     )
 
 
+def require(path: Path) -> tuple[tuple[Flight, ...], int]:
+    """Return the flights that `rows` measures, and how many files are none.
+
+    Raises:
+        InputError: see `rows`.
+    """
+    flights, others = read_flight_tree(path)
+    if not any(map(_long_arcs, flights)):
+        raise InputError(
+            f"{path}: no free flight of {FEWEST_POINTS} points and {SHORTEST:g} s in "
+            f"{len(flights)} recordings"
+        )
+    return flights, others
+
+
 def fit_arcs(flight: Flight) -> list[Fitted]:
     """Return the fits of the arcs of a recording that are long enough."""
-    return [
-        _fitted(flight, arc)
-        for arc in find_arcs(flight.times, flight.positions)
-        if arc.points >= FEWEST_POINTS
-        and flight.times[arc.last - 1] - flight.times[arc.first] >= SHORTEST
-    ]
+    return [_fitted(flight, arc) for arc in _long_arcs(flight)]
 
 
 def drop_rows(air: Air) -> list[Row]:
@@ -143,6 +148,15 @@ def _apex(ball: Ball, air: Air) -> float:
         rising = fly(ball, air, middle).velocity[0, 2] > 0.0
         low, high = (middle, high) if rising else (low, middle)
     return float(fly(ball, air, low).position[0, 2])
+
+
+def _long_arcs(flight: Flight) -> list[Arc]:
+    return [
+        arc
+        for arc in find_arcs(flight.times, flight.positions)
+        if arc.points >= FEWEST_POINTS
+        and flight.times[arc.last - 1] - flight.times[arc.first] >= SHORTEST
+    ]
 
 
 def _fitted(flight: Flight, arc: Arc) -> Fitted:

@@ -45,7 +45,8 @@ class Row:
 
 
 def quantile_rows(name: str, values: Float[ndarray, "n"], unit: str, *, fewest: int) -> list[Row]:
-    """Return median, 10 % and 90 % quantile, if there are at least `fewest` values."""
+    """Return median, 10 % and 90 % quantile of what is finite, if that are `fewest` or more."""
+    values = values[np.isfinite(values)]
     if len(values) < fewest:
         return []
     low, middle, high = np.quantile(values, [0.1, 0.5, 0.9])

@@ -13,7 +13,7 @@ LEFT = ("measured", "unit", "peer")
 
 def rows_table(rows: Sequence[Row]) -> Table:
     """Show each figure beside its target and its peer."""
-    table = Table(title="bench: CPU time of one thread unless said, medians", title_justify="left")
+    table = Table(title="bench: CPU time of one core unless said", title_justify="left")
     for column in COLUMNS:
         table.add_column(column, justify="left" if column in LEFT else "right")
     for row in rows:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from rotorpong.conventions import InputError
+from rotorpong.files import prepare_folder
 from rotorpong.lab.bench.rows import Row
 
 REACH_BALLS = 100  # of each kind on each vehicle; reach_rows.rows(balls=...) takes more
@@ -29,19 +30,24 @@ class Order:
     out: Path | None = None  # folder for figures of growth
 
     def check(self) -> "Order":
-        """Return the order if what it names is there.
+        """Return the order if all that it names can be read and written, before all measuring.
 
         Raises:
-            InputError: a folder is missing, a peer cannot be had, or figures cannot be written.
+            InputError: data are missing or damaged, a peer cannot be had, or figures cannot be
+                written.
         """
         if self.flights is not None and not self.flights.is_dir():
             raise InputError(f"--flights {self.flights}: expected a folder of measured flights")
         if self.events is not None and not self.events.exists():
             raise InputError(f"--events {self.events}: no such file or folder of measured events")
-        if self.out is not None and self.out.exists() and not self.out.is_dir():
-            raise InputError(f"--out {self.out}: is a file; expected a folder for figures")
+        if self.flights is not None:
+            _module("real_flights").require(self.flights)
+        if self.events is not None:
+            _module("real_events").require(self.events)
         if self.peers:
             _module("peers").require()
+        if self.out is not None:
+            prepare_folder(self.out)
         return self
 
 

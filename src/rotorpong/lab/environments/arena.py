@@ -1,8 +1,9 @@
 """What all environments share: who plays whom, which serve comes next, what is told at the end.
 
 `reset(seed=S)` begins with trial 0 of seed S, and every later `reset()` takes that seed's next
-trial. With `purpose="evaluate"` they are the trials of `rotorpong evaluate --seed S`: the same
-serves and the same noise. `reset(options={"trial": i})` begins with trial i.
+trial. By default they are serves to train on; with `purpose="evaluate"` they are the trials of
+`rotorpong evaluate --seed S`: the same serves and the same noise. `reset(options={"trial": i})`
+begins with trial i.
 """
 
 import functools
@@ -78,7 +79,7 @@ def arena(  # noqa: PLR0913 - the keywords of `Game`, with their defaults
     camera: str | Camera = "gazebo",
     serves: str = "human",
     racket: str = "cardboard",
-    purpose: str = "evaluate",
+    purpose: str = "train",
     randomize: bool = False,
     tell_reachable: bool = True,
     eyes: str = "truth",

@@ -168,12 +168,15 @@ def _words(
 
 
 def _result(scenery: Scenery) -> str:
-    truth = scenery.take.played.truth
+    played = scenery.take.played
+    truth, miss = played.truth, played.miss_distance
     after = f"after {scenery.duration:.2f} s"
+    if miss is None:
+        return "the player broke off"
     if truth.verdict.contact_offset is not None:
         share = 100 * truth.verdict.contact_offset
         return f"{share:.0f} % of the way from the blade's middle to its edge, {after}"
-    return f"missed by {100 * truth.miss_distance:.1f} cm, {after}"
+    return f"missed by {100 * miss:.1f} cm, {after}"
 
 
 def _speed(path: Float[ndarray, "n 3"], time: float) -> float:
