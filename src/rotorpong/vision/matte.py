@@ -1,16 +1,16 @@
 """One ball, measured to hundredths of a pixel: a matte, its area, its edge.
 
-**Matte.** In linear light a pixel is  c = alpha B b + (1 - alpha) g:  alpha its share of ball, b the
-ball's colour (unit length), B its shading there, g the background. With
+**Matte.** In linear light a pixel is  c = alpha B b + (1 - alpha) g:  alpha its share of ball, b
+the ball's colour (unit length), B its brightness there, g the background. With
 
     alpha = w.(c - g) / w.D,   w = S^-1 D,   D = B b - g                             Eq. (1)
     S = noise 1 + (shading B)^2 b b^T + scatter of the background                    Eq. (2)
 
 (Fisher's direction) w is orthogonal to b as far as the shading is unknown, so that an orange ball's
 pixels give 1 however they are lit, and it avoids what varies behind the ball: brightness on a
-textured wall, white lines on a blue table. For a white ball b is grey, most backgrounds differ from
-it in brightness only, so its shading is taken as better known: B is a fitted Lambert ball,
-s0 + s . normal. g, S and w are those of 24 sectors of a thin ring around the ball, alpha is
+textured wall, white lines on a blue table. For a white ball b is grey, and most backgrounds differ
+from it in brightness only, so its shading is taken as better known: B = A + max(0, l . normal), a
+Lambert ball under one lamp, is fitted to its inside. g, S and w are those of 24 sectors of a thin ring around the ball, alpha is
 interpolated between them. A sector whose ball and background differ by less than their sd, or
 without pixels in the picture, has no weight.
 
@@ -46,7 +46,9 @@ from jaxtyping import Float, UInt8
 from numpy import ndarray
 
 from rotorpong.conventions import InputError
-from rotorpong.vision._matte_kernels import PARAMETERS, Found, Paint, measure
+from rotorpong.vision._edge_kernels import PARAMETERS
+from rotorpong.vision._matte_kernels import Paint
+from rotorpong.vision._measure_kernels import Found, measure
 from rotorpong.vision.sphere import symmetric_shape
 
 FIRST_VARIANCE = 0.45  # px^2, of the edge: lens, demosaicing and the pixel itself
