@@ -103,8 +103,7 @@ def look(pixels, state, shape, inverse, gap, width, core, paint, room):
 def ball_colour(sums, paint, ball):
     """Write the ball's colour from the sum over its core and what was known; return its angle.
 
-    The core's mean has a direction of sd noise / (brightness sqrt(n)), here CORE_NOISE / sqrt(n), or
-    that of the paint if the core is too small.
+    The core's mean has a direction of sd CORE_NOISE / sqrt(n); a core that is too small has none.
     """
     known = math.sqrt(paint.colour[0] ** 2 + paint.colour[1] ** 2 + paint.colour[2] ** 2)
     n = sums[0]

@@ -10,9 +10,9 @@ the ball's colour (unit length), B its brightness there, g the background. With
 pixels give 1 however they are lit, and it avoids what varies behind the ball: brightness on a
 textured wall, white lines on a blue table. For a white ball b is grey, and most backgrounds differ
 from it in brightness only, so its shading is taken as better known: B = A + max(0, l . normal), a
-Lambert ball under one lamp, is fitted to its inside. g, S and w are those of 24 sectors of a thin ring around the ball, alpha is
-interpolated between them. A sector whose ball and background differ by less than their sd, or
-without pixels in the picture, has no weight.
+Lambert ball under one lamp, is fitted to its inside. g, S and w are those of 24 sectors of a thin
+ring around the ball, alpha is interpolated between them. A sector whose ball and background differ
+by less than their sd, or without pixels in the picture, has no weight.
 
 **Area.** radius = sqrt(sum alpha / pi), centre = centroid of alpha: what a moving ball covers over
 the exposure adds up to the ball's area, whatever the blur. It needs the whole ball and a background
@@ -30,9 +30,10 @@ fitted as one that moves: (3) is averaged over the exposure, -u to u, with u unk
 The centre is that of mid exposure.
 
 Both measure where the picture is a circle once `shape` is undone (`sphere.outline_shape`).
-Covariances add to that of the pixels what a wrong background of each sector would do. The edge is
-near the Cramer-Rao bound and what is reported; the area is 2 to 5 times worse on a textured
-background and serves as a check: `disagreement` is the largest difference between the two, in sd.
+Covariances add to that of the pixels what a wrong background of each sector would do. Rendered
+before a textured hall, the edge is two to five times better than the area at rest and in motion, so
+it is what `measure_ball` returns; the area is its check: `disagreement` is the largest difference
+between the two, in sd, and above 3 the background or the blur is not what the model takes it for.
 
 Pixel centres have whole coordinates, in the frame of the whole picture.
 """

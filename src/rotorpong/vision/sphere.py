@@ -58,7 +58,7 @@ def disc_of_sphere(camera: Camera, positions: Vector3, *, radius: float = BALL_R
 def sphere_of_disc(
     camera: Camera,
     measured: Disc,
-    covariance: Float[ndarray, "*batch 3 3"],
+    covariance: Float[ndarray, "*#batch 3 3"],
     *,
     radius: float = BALL_RADIUS,
 ) -> SpherePositions:
