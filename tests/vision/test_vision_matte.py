@@ -70,12 +70,15 @@ def test_a_clean_ball_is_found_to_two_hundredths_of_a_pixel(diameter, gamma):
             assert np.abs(errors(found, center, diameter)).max() < 0.02
 
 
-@pytest.mark.parametrize("colour, ball", [(ORANGE, ORANGE_DRAWN), (WHITE, WHITE_DRAWN)])
+@pytest.mark.parametrize(("colour", "ball"), [(ORANGE, ORANGE_DRAWN), (WHITE, WHITE_DRAWN)])
 def test_errors_of_noisy_balls_are_as_large_as_their_covariances_say(colour, ball):
     """NEES of 200 balls: mean of a chi-square of 3 is 3 +- 0.17; allowed 1.2 to 4 (cautious)."""
     rng, scores, misses = np.random.default_rng(2), [], []
     for seed in range(200):
-        center, diameter = (32.0, 30.0) + rng.uniform(-0.5, 0.5, 2), rng.uniform(9.0, 30.0)
+        center, diameter = (
+            np.array([32.0, 30.0]) + rng.uniform(-0.5, 0.5, 2),
+            rng.uniform(9.0, 30.0),
+        )
         cover = blurred(disc_coverage(SHAPE, center, diameter), 0.6)
         shot = picture(cover, colour=colour, noise=4.0, seed=seed, background=(150, 88, 34))
         found = measure_ball(shot, near(center, diameter, rng), ball)
@@ -97,8 +100,8 @@ def test_whatever_its_shading_an_orange_ball_has_its_size():
 
 def test_an_edge_behind_the_ball_moves_it_by_less_than_it_says():
     rng, scores = np.random.default_rng(3), []
-    for seed in range(60):
-        center, diameter = (32.0, 30.0) + rng.uniform(-0.5, 0.5, 2), 17.3
+    for _ in range(60):
+        center, diameter = np.array([32.0, 30.0]) + rng.uniform(-0.5, 0.5, 2), 17.3
         cover = blurred(disc_coverage(SHAPE, center, diameter), 0.6)
         behind = np.broadcast_to(np.array(GREY, float), (*SHAPE, 3)).copy()
         behind[: int(rng.integers(20, 40))] = (200, 210, 205)
