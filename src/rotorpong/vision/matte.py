@@ -1,18 +1,18 @@
 """One ball, measured to hundredths of a pixel: a matte, its area, its edge.
 
-**Matte.** In linear light a pixel is  c = alpha B b + (1 - alpha) g:  alpha its share of ball, b the
-ball's colour (unit length), B its shading there, g the background. With
+**Matte.** In linear light a pixel is  c = alpha B b + (1 - alpha) g:  alpha its share of ball, b
+the ball's colour (unit length), B its brightness there, g the background. With
 
     alpha = w.(c - g) / w.D,   w = S^-1 D,   D = B b - g                             Eq. (1)
     S = noise 1 + (shading B)^2 b b^T + scatter of the background                    Eq. (2)
 
 (Fisher's direction) w is orthogonal to b as far as the shading is unknown, so that an orange ball's
 pixels give 1 however they are lit, and it avoids what varies behind the ball: brightness on a
-textured wall, white lines on a blue table. For a white ball b is grey, most backgrounds differ from
-it in brightness only, so its shading is taken as better known: B is a fitted Lambert ball,
-s0 + s . normal. g, S and w are those of 24 sectors of a thin ring around the ball, alpha is
-interpolated between them. A sector whose ball and background differ by less than their sd, or
-without pixels in the picture, has no weight.
+textured wall, white lines on a blue table. For a white ball b is grey, and most backgrounds differ
+from it in brightness only, so its shading is taken as better known: B = A + max(0, l . normal), a
+Lambert ball under one lamp, is fitted to its inside. g, S and w are those of 24 sectors of a thin
+ring around the ball, alpha is interpolated between them. A sector whose ball and background differ
+by less than their sd, or without pixels in the picture, has no weight.
 
 **Area.** radius = sqrt(sum alpha / pi), centre = centroid of alpha: what a moving ball covers over
 the exposure adds up to the ball's area, whatever the blur. It needs the whole ball and a background
@@ -30,9 +30,10 @@ fitted as one that moves: (3) is averaged over the exposure, -u to u, with u unk
 The centre is that of mid exposure.
 
 Both measure where the picture is a circle once `shape` is undone (`sphere.outline_shape`).
-Covariances add to that of the pixels what a wrong background of each sector would do. The edge is
-near the Cramer-Rao bound and what is reported; the area is 2 to 5 times worse on a textured
-background and serves as a check: `disagreement` is the largest difference between the two, in sd.
+Covariances add to that of the pixels what a wrong background of each sector would do. Rendered
+before a textured hall, the edge is two to five times better than the area at rest and in motion, so
+it is what `measure_ball` returns; the area is its check: `disagreement` is the largest difference
+between the two, in sd, and above 3 the background or the blur is not what the model takes it for.
 
 Pixel centres have whole coordinates, in the frame of the whole picture.
 """
@@ -46,7 +47,9 @@ from jaxtyping import Float, UInt8
 from numpy import ndarray
 
 from rotorpong.conventions import InputError
-from rotorpong.vision._matte_kernels import PARAMETERS, Found, Paint, measure
+from rotorpong.vision._edge_kernels import PARAMETERS
+from rotorpong.vision._matte_kernels import Paint
+from rotorpong.vision._measure_kernels import Found, measure
 from rotorpong.vision.sphere import symmetric_shape
 
 FIRST_VARIANCE = 0.45  # px^2, of the edge: lens, demosaicing and the pixel itself

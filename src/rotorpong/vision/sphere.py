@@ -8,10 +8,10 @@ direction n, sin rho = R / d. On the plane Z = 1 its outline is an ellipse with
                 sin rho / sqrt(n_z^2 - sin^2 rho)      across
     area        pi sin^2 rho cos rho / (n_z^2 - sin^2 rho)^1.5                       Eq. (3)
 
-The lens bends this ellipse. What is called the disc here is the centroid (x, y) of the bent outline
-and the radius of the circle with its area, in pixels: what blur and pixels leave unchanged. It is
-computed by Green's theorem over the outline, with a periodic quadrature that is exact up to rounding
-for any lens a camera has.
+The lens bends this ellipse. What is called the disc here is the centroid (x, y) of the bent
+outline and the radius of the circle with its area, in pixels: what blur and pixels leave unchanged.
+It is computed by Green's theorem over the outline, with a periodic quadrature that is exact up to
+rounding for any lens a camera has.
 
 The way back starts from the lens' local Jacobian at the centroid: its inverse takes the centroid,
 its determinant the area to the plane Z = 1, and (1) and (3) are solved by a fixed point. Without
@@ -58,7 +58,7 @@ def disc_of_sphere(camera: Camera, positions: Vector3, *, radius: float = BALL_R
 def sphere_of_disc(
     camera: Camera,
     measured: Disc,
-    covariance: Float[ndarray, "*batch 3 3"],
+    covariance: Float[ndarray, "*#batch 3 3"],
     *,
     radius: float = BALL_RADIUS,
 ) -> SpherePositions:
