@@ -117,7 +117,7 @@ class TrackerEyes:
             for track in self._tracks:
                 self._follow(track, frame, time)
             self._tracks = [track for track in self._tracks if not track.is_lost]
-        if not any(track.is_confirmed for track in self._tracks):
+        if self.is_searching:
             self._search(frame, time)
         best = self.best
         return None if best is None or best.missed else self._told(best.belief)
@@ -137,6 +137,20 @@ class TrackerEyes:
         """Return where the ball will pass the plane normal . p = offset (table frame, m)."""
         belief = self.belief
         return None if belief is None else crossing(belief, normal, offset, self._prior)
+
+    @property
+    def nis(self) -> list[float]:
+        """NIS of each sight of the ball but the first."""
+        return [] if self.best is None else list(self.best.nis)
+
+    @property
+    def is_searching(self) -> bool:
+        """Whether the next frame is searched as a whole."""
+        return not any(track.is_confirmed for track in self._tracks)
+
+    def place_of_drone(self, time: float) -> Vector3:
+        """Return where odometry has the body at a time (s), table frame, m."""
+        return self._motion.pose(time)[0]
 
     def _level(self, reading: Reading | None) -> None:
         if reading is None:
