@@ -31,13 +31,7 @@ def rows(*, quick: bool = False) -> tuple[Row, ...]:
         Row("control steps from Python, no picture", _steps(quick=quick), "steps/s", 10_000.0),
         Row("serves at a hovering drone, one by one", _unseen(quick=quick), "trials/s"),
         Row("vision trials, every frame, 640x360", _seen("gazebo", quick=quick), "trials/s", 8.0),
-        Row(
-            "vision trials, every frame, 1280x720",
-            _seen("ardrone2_720p", quick=quick),
-            "trials/s",
-            2.0,
-        ),
-        Row("trials of the paper's player, 640x360", _paper(quick=quick), "trials/s", 50.0),
+        Row("trials of the paper's player, 640x360", _paper(quick=quick), "trials/s"),
     )
 
 
@@ -107,7 +101,11 @@ def _seen(camera: str, *, quick: bool) -> float:
 
 
 def _paper(*, quick: bool) -> float:
-    """Frames that the player does not look at are not rendered: it looks until its trigger."""
+    """Frames that the player does not look at are not rendered: it looks until its trigger.
+
+    The target for lazy looks, 50 a second, is held by the box of `render_rows`: these eyes search
+    whole pictures.
+    """
     spec = Spec("paper")
     player = make_player(spec, Knowledge(shipped_demonstrations()))
     return 1.0 / trial_seconds(spec, player, 2, quick=quick)
