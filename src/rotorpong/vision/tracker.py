@@ -40,7 +40,7 @@ from rotorpong.vision.flight_filter import (
     read_level,
     update,
 )
-from rotorpong.vision.matte import BALL_COLOURS, Guess, measure_ball
+from rotorpong.vision.matte import BALL_COLOURS, Guess, measure_ball, region_around
 from rotorpong.vision.own_motion import OwnMotion, Reading
 from rotorpong.vision.sphere import SpherePositions, outline_shape, sphere_of_disc
 
@@ -219,8 +219,13 @@ class TrackerEyes:
         self, picture: Picture, guess: Guess, colour: str, box: Box, time: float
     ) -> Sight | None:
         """Return the sight of the ball near a guess; `None` if there is none to be measured."""
+        x0, y0, x1, y1 = region_around(guess, self._camera.width_px, self._camera.height_px)
+        x0, y0 = max(x0, box[0]), max(y0, box[1])
+        near = picture[y0 - box[1] : y1 - box[1], x0 - box[0] : x1 - box[0]]
+        if not near.size:
+            return None
         disc = measure_ball(
-            picture, guess, BALL_COLOURS[colour], offset=box[:2], gamma=self._camera.gamma
+            near, guess, BALL_COLOURS[colour], offset=(x0, y0), gamma=self._camera.gamma
         )
         if disc is None:
             return None
