@@ -24,6 +24,7 @@ from rotorpong.vision._matte_kernels import (
 
 TURNS = 6
 FIRST_GAP, GAP, RING = 1.5, 3.0, 3.0  # px; sigma; px: where the background begins, how far it goes
+COARSE_RADIUS = 5.0  # px: larger balls are looked at with every other pixel first
 CLOSE = 0.2  # px: a turn that moves less is the last
 TRUSTED = 0.3  # relative sd of an area to start from
 MOST_BAND = 8192  # pixels of an edge
@@ -53,14 +54,15 @@ def measure(pixels, state, shape, paint, found):
     scale, angle, whole, may_move = -1.0, 0.0, False, True
     for turn in range(TURNS):
         sigma = math.sqrt(state[5])
-        gap, core = GAP * sigma + BAND_MARGIN, BAND * sigma + BAND_MARGIN
+        margins, step = (BAND * sigma + BAND_MARGIN, GAP * sigma + BAND_MARGIN, RING), 1
         if turn == 0:
-            gap, core = FIRST_GAP + 0.15 * state[2], 1.5 + 0.3 * state[2]
-        angle = look(pixels, state, shape, inverse, gap, RING, core, paint, room)
-        shade(pixels, state, inverse, core, paint, room.ball)
+            step = 2 if state[2] > COARSE_RADIUS else 1
+            margins = (1.5 + 0.3 * state[2], FIRST_GAP + 0.15 * state[2], RING * step)
+        angle = look(pixels, state, shape, inverse, margins, step, paint, room)
+        shade(pixels, state, inverse, margins[0], paint, room.ball)
         mix(paint, room)
-        count = gather(pixels, state, shape, inverse, gap, core, paint, room, area)
-        whole = fits(pixels, state, shape, gap) and area[6] < 0.2 * area[0]
+        count = gather(pixels, state, shape, inverse, margins, step, paint, room, area)
+        whole = fits(pixels, state, shape, margins[1]) and area[6] < 0.2 * area[0]
         if turn == 0:
             if whole and area[0] > 3.0 and math.sqrt(area[7]) < TRUSTED * area[0]:
                 follow_area(state, shape, area)
