@@ -5,6 +5,7 @@ import pytest
 from vision_drawing import GREY, ORANGE, WHITE, disc_coverage, plain
 
 from rotorpong.conventions import InputError
+from rotorpong.vision._edge_kernels import edge_at
 from rotorpong.vision.matte import (
     ORANGE_BALL,
     WHITE_BALL,
@@ -253,3 +254,21 @@ def test_a_ball_as_fast_as_the_shutter_is_refused():
     disc = BallDisc(0, 0, 9.0, np.eye(3), (0.0, 0.0), None, (0, 0, 0))
     with pytest.raises(InputError, match="rolling"):
         without_rolling(disc, 25_000.0, 42e-6)
+
+
+@pytest.mark.parametrize("nodes", [0, 12])
+def test_slopes_of_the_edge_are_those_of_differences(nodes):
+    edge = np.array([0.2, -0.3, 8.0, 0.5, 2.1, -1.4] if nodes else [0.2, -0.3, 8.0, 0.5, 0.0, 0.0])
+    for x, y in np.random.default_rng(7).uniform(-9.0, 9.0, (30, 2)):
+        slopes = edge_at(x, y, edge, nodes)[1:]
+        for k in range(6):
+            step = 1e-3 * (np.arange(6) == k)
+            ahead, behind = (edge_at(x, y, edge + s * step, nodes)[0] for s in (1, -1))
+            assert (ahead - behind) / 2e-3 == pytest.approx(slopes[k], abs=2e-3)
+
+
+def test_a_ball_that_hardly_moves_has_the_edge_of_one_at_rest():
+    still = np.array([0.2, -0.3, 8.0, 0.5, 0.0, 0.0])
+    for x, y in np.random.default_rng(8).uniform(-9.0, 9.0, (30, 2)):
+        moving = edge_at(x, y, np.array([*still[:4], 1e-3, 1e-3]), 8)
+        np.testing.assert_allclose(moving[:4], edge_at(x, y, still, 0)[:4], atol=1e-5)

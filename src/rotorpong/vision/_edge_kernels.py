@@ -226,6 +226,7 @@ def still_edge(x, y, edge):
 
     alpha = Phi((R - rho) / s), s^2 = a + b cos 2 phi + c sin 2 phi across the edge, and the same
     with -b, -c along it, which pulls the edge in: R = r - (a - b cos 2 phi - c sin 2 phi) / (2 r).
+    That phi turns with x and y is left out of the slopes: b, c of a ball at rest are small.
     """
     dx, dy, half = x - edge[0], y - edge[1], 0.5 / edge[2]
     rho = math.sqrt(dx * dx + dy * dy) + 1e-12

@@ -28,6 +28,7 @@ WELL_SHADED, SHADE_TURNS, RIDGE_OF_SHADE = 0.2, 4, 0.01  # of the paint: below, 
 UNSHADED = 0.25  # sd of the brightness where it is not
 LEAST_SHARE = 0.25  # of a pixel's two sectors that must have a background
 LEAST_DIVISOR = 0.2
+THINNED_RADIUS = 12.0  # px: from here on half the edge pixels will do
 BAND, BAND_MARGIN = 2.5, 0.5  # edge pixels lie within 2.5 sigma + 0.5 px of the outline
 
 
@@ -50,11 +51,13 @@ class Room(NamedTuple):
 
 
 @kernel
-def look(pixels, state, shape, inverse, gap, width, core, paint, room):
+def look(pixels, state, shape, inverse, margins, step, paint, room):
     """Sum the background's levels per sector of the ring, and the ball's colour over its core.
 
-    The ring is `width` wide and begins `gap` outside the outline; the core is `core` inside it.
+    Margins are those of core, gap and ring, from the outline and from each other; every `step`-th
+    row and column is read.
     """
+    core, gap, width = margins
     x, y, r, ux, uy = state[0], state[1], state[2], state[3], state[4]
     uu = ux * ux + uy * uy
     levels, light = room.levels, paint.light
@@ -63,8 +66,8 @@ def look(pixels, state, shape, inverse, gap, width, core, paint, room):
     inner, outer, deep = r + gap, r + gap + width, r - core
     inner2, outer2, deep2 = inner * inner, outer * outer, max(deep, 0.0) ** 2
     x0, x1, y0, y1 = box_around(pixels, state, shape, outer)
-    for i in range(y0, y1):
-        for j in range(x0, x1):
+    for i in range(y0, y1, step):
+        for j in range(x0, x1, step):
             dx, dy = j - x, i - y
             qx, qy = (
                 inverse[0, 0] * dx + inverse[0, 1] * dy,
@@ -278,25 +281,27 @@ def ring_noise(levels):
 
 
 @kernel
-def gather(pixels, state, shape, inverse, gap, core, paint, room, area):
-    """Write the band of pixels around the outline, and the moments of alpha up to `gap` outside.
+def gather(pixels, state, shape, inverse, margins, step, paint, room, area):
+    """Write the band of pixels around the outline, and the moments of alpha up to the ring.
 
     `area` gets: sum of alpha, of alpha q, of alpha q q; pixels without background; variances of
     the sum, of the first moments. Return how many pixels the band has.
     """
+    core, gap, _ = margins
     x, y, r, ux, uy = state[0], state[1], state[2], state[3], state[4]
     uu = ux * ux + uy * uy
     light, matte, band, ball = paint.light, room.matte, room.band, room.ball
     area[:] = 0.0
     count, outer, deep = 0, r + gap, r - core
     is_shaded = ball[5] != 0.0 or ball[6] != 0.0 or ball[7] != 0.0
+    is_thinned = r > THINNED_RADIUS
     half = BAND * math.sqrt(state[5]) + BAND_MARGIN
     lost = np.zeros(
         (SECTORS, 3)
     )  # sums of 1 - alpha, and of it times q: what a level's error moves
     x0, x1, y0, y1 = box_around(pixels, state, shape, outer)
-    for i in range(y0, y1):
-        for j in range(x0, x1):
+    for i in range(y0, y1, step):
+        for j in range(x0, x1, step):
             dx, dy = j - x, i - y
             qx, qy = (
                 inverse[0, 0] * dx + inverse[0, 1] * dy,
@@ -350,7 +355,8 @@ def gather(pixels, state, shape, inverse, gap, core, paint, room, area):
                 lost[owner, 0] += under
                 lost[owner, 1] += under * qx
                 lost[owner, 2] += under * qy
-                if abs(near - r) < half and count < band.shape[0] and not is_clipped:
+                is_kept = not is_clipped and ((i + j) % 2 == 0 or not is_thinned)
+                if abs(near - r) < half and count < band.shape[0] and is_kept:
                     band[count, 0], band[count, 1], band[count, 2] = qx, qy, alpha
                     band[count, 3], band[count, 4] = 1.0 / variance, owner
                     count += 1
@@ -364,8 +370,10 @@ def gather(pixels, state, shape, inverse, gap, core, paint, room, area):
             area[7] += variance
             area[8] += variance * qx * qx
             area[9] += variance * qy * qy
+    area *= float(step * step)
     for s in range(SECTORS):
         if matte[s, 6] >= FEWEST_IN_SECTOR:
+            lost[s] *= float(step * step)
             texture = level_variance(matte, s)
             area[7] += texture * lost[s, 0] ** 2
             area[8] += texture * lost[s, 1] ** 2

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorpong.kernels import kernel
-from rotorpong.vision._edge_kernels import fit_edge
+from rotorpong.vision._edge_kernels import PARAMETERS, fit_edge
 from rotorpong.vision._matte_kernels import (
     BAND,
     BAND_MARGIN,
@@ -24,43 +24,45 @@ from rotorpong.vision._matte_kernels import (
 
 TURNS = 6
 FIRST_GAP, GAP, RING = 1.5, 3.0, 3.0  # px; sigma; px: where the background begins, how far it goes
+COARSE_RADIUS = 5.0  # px: larger balls are looked at with every other pixel first
 CLOSE = 0.2  # px: a turn that moves less is the last
 TRUSTED = 0.3  # relative sd of an area to start from
 MOST_BAND = 8192  # pixels of an edge
 LEAST_MOTION = 1.5  # px, of a streak that is fitted as a motion
+SIGNIFICANT = 2.0  # sd, of a streak that is told
 MOVING, SURE = 2.2, 3.0  # px; sd: longer streaks are motions, shorter ones an edge of uneven spread
 
 
 class Found(NamedTuple):
-    """Two measurements of a ball, in its own frame."""
+    """Two measurements of a ball, by area (0) and by edge (1), in the picture's axes."""
 
-    area: np.ndarray  # (6,): x, y, r and their variances
-    edge: np.ndarray  # (6,): x, y, r, a and b, c or u
-    covariance: np.ndarray  # (6, 6) of the edge
+    discs: np.ndarray  # (2, 3): x, y, r
+    spreads: np.ndarray  # (2, 3, 3)
+    streak: np.ndarray  # (2,): motion in the exposure, up to its sign
     about: np.ndarray  # (8,): fit's scale, share of sectors with a background, angle of the
-    # colour to the known one, rms residual of alpha, whether all of it is seen, colour
+    # colour to the known one, rms residual of alpha, disagreement (nan: no area), the ball's light
 
 
 @kernel
 def measure(pixels, state, shape, paint, found):
     """Measure one ball; `state` (x, y, r, ux, uy, edge's variance) is the guess and the last frame.
 
-    Places in `found` are in the ball's frame about the state's centre.
+    A scale below 0 in `found` tells that there is nothing to fit.
     """
     inverse, room = inverted(shape), room_for(pixels, state, shape)
-    edge, covariance, area = found.edge, found.covariance, np.zeros(10)
-    found.about[:] = 0.0
+    edge, covariance, area = np.zeros(PARAMETERS), np.zeros((PARAMETERS, PARAMETERS)), np.zeros(10)
     scale, angle, whole, may_move = -1.0, 0.0, False, True
     for turn in range(TURNS):
         sigma = math.sqrt(state[5])
-        gap, core = GAP * sigma + BAND_MARGIN, BAND * sigma + BAND_MARGIN
+        margins, step = (BAND * sigma + BAND_MARGIN, GAP * sigma + BAND_MARGIN, RING), 1
         if turn == 0:
-            gap, core = FIRST_GAP + 0.15 * state[2], 1.5 + 0.3 * state[2]
-        angle = look(pixels, state, shape, inverse, gap, RING, core, paint, room)
-        shade(pixels, state, inverse, core, paint, room.ball)
+            step = 2 if state[2] > COARSE_RADIUS else 1
+            margins = (1.5 + 0.3 * state[2], FIRST_GAP + 0.15 * state[2], RING * step)
+        angle = look(pixels, state, shape, inverse, margins, step, paint, room)
+        shade(pixels, state, inverse, margins[0], paint, room.ball)
         mix(paint, room)
-        count = gather(pixels, state, shape, inverse, gap, core, paint, room, area)
-        whole = fits(pixels, state, shape, gap) and area[6] < 0.2 * area[0]
+        count = gather(pixels, state, shape, inverse, margins, step, paint, room, area)
+        whole = fits(pixels, state, shape, margins[1]) and area[6] < 0.2 * area[0]
         if turn == 0:
             if whole and area[0] > 3.0 and math.sqrt(area[7]) < TRUSTED * area[0]:
                 follow_area(state, shape, area)
@@ -83,7 +85,10 @@ def measure(pixels, state, shape, paint, found):
         if turn == TURNS - 1 or (moved < CLOSE and not blurred):
             break
         follow_edge(state, shape, edge, blurred)
-    report(state, area, scale, angle, whole, room, found)
+    found.about[0], found.about[2] = scale, angle
+    report_edge(state, shape, edge, covariance, found)
+    report_area(state, shape, area, whole, found)
+    report_matte(room, found)
 
 
 @kernel
@@ -159,17 +164,60 @@ def inverted(m):
 
 
 @kernel
-def report(state, area, scale, angle, whole, room, found):
-    """Write the area's measurement and what is said of both."""
+def report_edge(state, shape, edge, covariance, found):
+    """Write the edge's measurement, and the streak if it is significant."""
+    place(state, shape, edge, covariance, found.discs[1], found.spreads[1])
+    along, across = 2.0 * edge[4], 2.0 * edge[5]
+    if state[3] == 0.0 and state[4] == 0.0:
+        uneven = math.hypot(edge[4], edge[5])
+        sure = uneven**2 > SIGNIFICANT**2 * (covariance[4, 4] + covariance[5, 5])
+        length, angle = math.sqrt(24.0 * uneven), 0.5 * math.atan2(edge[5], edge[4])
+        length = length if sure else 0.0
+        along, across = length * math.cos(angle), length * math.sin(angle)
+    found.streak[0] = shape[0, 0] * along + shape[0, 1] * across
+    found.streak[1] = shape[1, 0] * along + shape[1, 1] * across
+
+
+@kernel
+def report_area(state, shape, area, whole, found):
+    """Write the area's measurement, and how far it is from the edge's, in sd of x, y, r."""
     n = max(area[0], 1e-6)
-    r = math.sqrt(n / math.pi)
-    found.area[0], found.area[1], found.area[2] = area[1] / n, area[2] / n, r
-    found.area[3], found.area[4] = area[8] / (n * n), area[9] / (n * n)
-    found.area[5] = area[7] / (2.0 * math.pi * r) ** 2
+    values, spread = np.zeros(3), np.zeros((3, 3))
+    values[0], values[1], values[2] = area[1] / n, area[2] / n, math.sqrt(n / math.pi)
+    spread[0, 0], spread[1, 1] = area[8] / (n * n), area[9] / (n * n)
+    spread[2, 2] = area[7] / (2.0 * math.pi * values[2]) ** 2
+    place(state, shape, values, spread, found.discs[0], found.spreads[0])
+    found.about[4] = np.nan
+    if whole:
+        found.about[4] = 0.0
+        for k in range(3):
+            variance = max(found.spreads[0, k, k] + found.spreads[1, k, k], 1e-12)
+            apart = abs(found.discs[0, k] - found.discs[1, k]) / math.sqrt(variance)
+            found.about[4] = max(found.about[4], apart)
+
+
+@kernel
+def place(state, shape, values, covariance, disc, spread):
+    """Write x, y, r and their covariance in the picture's axes."""
+    axes = np.eye(3)
+    axes[:2, :2] = shape
+    disc[0] = state[0] + shape[0, 0] * values[0] + shape[0, 1] * values[1]
+    disc[1] = state[1] + shape[1, 0] * values[0] + shape[1, 1] * values[1]
+    disc[2] = values[2]
+    for i in range(3):
+        for j in range(3):
+            spread[i, j] = 0.0
+            for a in range(3):
+                for b in range(3):
+                    spread[i, j] += axes[i, a] * covariance[a, b] * axes[j, b]
+
+
+@kernel
+def report_matte(room, found):
+    """Write how much of the outline is before a background, and the ball's own light."""
     usable = 0
     for s in range(SECTORS):
         usable += room.matte[s, 6] >= FEWEST_IN_SECTOR
-    found.about[0], found.about[1], found.about[2] = scale, usable / SECTORS, angle
-    found.about[4] = 1.0 if whole else 0.0
+    found.about[1] = usable / SECTORS
     for k in range(3):
         found.about[5 + k] = room.ball[k] * room.ball[4]

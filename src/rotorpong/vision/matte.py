@@ -47,7 +47,6 @@ from jaxtyping import Float, UInt8
 from numpy import ndarray
 
 from rotorpong.conventions import InputError
-from rotorpong.vision._edge_kernels import PARAMETERS
 from rotorpong.vision._matte_kernels import Paint
 from rotorpong.vision._measure_kernels import Found, measure
 from rotorpong.vision.sphere import symmetric_shape
@@ -62,7 +61,8 @@ MOST_ANGLE_SD = 6.0  # between the ball's colour and what is known of it
 MOST_GROWTH = 2.5  # of the radius, from the guess
 MOST_MOVE = 1.0  # of the centre from the guess, in diameters
 BLURRED_PX = 1.0
-SIGNIFICANT = 2.0  # sd of a streak
+AREA, EDGE = 0, 1  # rows of what is found
+ROUND = np.eye(2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ class BallColour:
     name: str
     levels_bgr: tuple[float, float, float]  # picture levels of a ball in good light
     tolerance: float = 0.08  # rad in linear light, sd of the colour's direction
-    shading: float = 0.5  # relative sd of the brightness about a fitted Lambert ball
+    shading: float = 0.35  # relative sd of the brightness about a fitted Lambert ball
 
 
 ORANGE_BALL = BallColour("orange", (40.0, 128.0, 250.0))
@@ -131,10 +131,8 @@ def measure_ball(
     Raises:
         InputError: the guess is not finite or has no size, or gamma is not above 0.
     """
-    area, edge = area_and_edge(region, guess, colour, offset=offset, gamma=gamma)
-    if edge is None or area is None:
-        return edge
-    return replace(edge, disagreement=_disagreement(area, edge))
+    found = _measured(region, guess, colour, offset, gamma)
+    return None if found is None else _disc(found, EDGE, offset, gamma)
 
 
 def area_and_edge(
@@ -146,26 +144,11 @@ def area_and_edge(
     gamma: float = 1.0,
 ) -> tuple[BallDisc | None, BallDisc | None]:
     """Return both measurements of `measure_ball`: by the area and by the edge."""
-    numbers = (guess.x_px, guess.y_px, guess.diameter_px, *guess.streak_px)
-    if not (all(map(math.isfinite, numbers)) and guess.diameter_px > 0.0 and gamma > 0.0):
-        raise InputError(f"{guess}, gamma {gamma}: expected finite numbers, size and gamma above 0")
-    shape = np.eye(2) if guess.shape is None else np.ascontiguousarray(guess.shape, dtype=float)
-    state = np.array([*numbers[:2], 0.5 * guess.diameter_px, 0.0, 0.0, FIRST_VARIANCE])
-    state[:2] -= offset
-    if math.hypot(*guess.streak_px) > 2.0 * BLURRED_PX:
-        state[3:5] = np.linalg.solve(shape, 0.5 * np.array(guess.streak_px))
-    found = _blank()
-    measure(np.ascontiguousarray(region), state, shape, _paint(colour, gamma), found)
-    if not _is_ball(found, colour, guess.diameter_px):
+    found = _measured(region, guess, colour, offset, gamma)
+    if found is None:
         return None, None
-    frame = _Frame(state[:2] + offset, shape)
-    streak, levels = frame.vector(_streak(found, state)), _levels(found.about[5:8], gamma)
-    edge = _disc(frame, found.edge, found.covariance[:3, :3], streak, levels)
-    if math.hypot(edge.x_px - guess.x_px, edge.y_px - guess.y_px) > MOST_MOVE * guess.diameter_px:
-        return None, None
-    if found.about[4] == 0.0:
-        return None, edge
-    return _disc(frame, found.area, np.diag(found.area[3:]), streak, levels), edge
+    edge = _disc(found, EDGE, offset, gamma)
+    return (None if edge.disagreement is None else _disc(found, AREA, offset, gamma)), edge
 
 
 def region_around(guess: Guess, width: int, height: int) -> tuple[int, int, int, int]:
@@ -212,72 +195,55 @@ def rolling_shape(
     return symmetric_shape(np.array([[1.0, across / (1 - down)], [0.0, 1 / (1 - down)]]) @ shape)
 
 
-def _disagreement(area: BallDisc, edge: BallDisc) -> float:
-    difference = [edge.x_px - area.x_px, edge.y_px - area.y_px, edge.radius_px - area.radius_px]
-    variance = np.diag(area.covariance) + np.diag(edge.covariance)
-    return float(np.max(np.abs(difference) / np.sqrt(variance)))
+def _measured(
+    region: ndarray, guess: Guess, colour: BallColour, offset: tuple[int, int], gamma: float
+) -> Found | None:
+    numbers = (guess.x_px, guess.y_px, guess.diameter_px, *guess.streak_px)
+    if not (all(map(math.isfinite, numbers)) and guess.diameter_px > 0.0 and gamma > 0.0):
+        raise InputError(f"{guess}, gamma {gamma}: expected finite numbers, size and gamma above 0")
+    shape = ROUND if guess.shape is None else np.ascontiguousarray(guess.shape, dtype=float)
+    x, y, u = guess.x_px - offset[0], guess.y_px - offset[1], (0.0, 0.0)
+    if math.hypot(*guess.streak_px) > 2.0 * BLURRED_PX:
+        u = np.linalg.solve(shape, 0.5 * np.array(guess.streak_px))
+    state = np.array((x, y, 0.5 * guess.diameter_px, u[0], u[1], FIRST_VARIANCE))
+    found = Found(np.zeros((2, 3)), np.zeros((2, 3, 3)), np.zeros(2), np.zeros(8))
+    measure(np.ascontiguousarray(region), state, shape, _paint(colour, gamma), found)
+    return found if _is_ball(found, colour, (x, y, guess.diameter_px)) else None
 
 
-def _is_ball(found: Found, colour: BallColour, diameter_px: float) -> bool:
-    scale, sectors, angle, residual = found.about[:4]
-    radius, variance = found.edge[2], found.covariance[2, 2]
-    return bool(
+def _is_ball(found: Found, colour: BallColour, guess: tuple[float, float, float]) -> bool:
+    scale, sectors, angle, residual = found.about[:4].tolist()
+    x, y, radius = found.discs[EDGE].tolist()
+    variance = float(found.spreads[EDGE, 2, 2])
+    return (
         scale >= 0.0
         and sectors >= LEAST_SECTORS
         and residual < MOST_RESIDUAL
         and angle < MOST_ANGLE_SD * colour.tolerance
         and radius > LEAST_RADIUS_PX
-        and 1.0 / MOST_GROWTH < 2.0 * radius / diameter_px < MOST_GROWTH
+        and 1.0 / MOST_GROWTH < 2.0 * radius / guess[2] < MOST_GROWTH
+        and math.hypot(x - guess[0], y - guess[1]) < MOST_MOVE * guess[2]
         and 0.0 < variance < (MOST_RADIUS_SD * radius) ** 2
     )
 
 
-@dataclass(frozen=True, slots=True)
-class _Frame:
-    """The ball's own frame in the picture: pixel = center + shape q."""
-
-    center: Float[ndarray, "2"]
-    shape: Float[ndarray, "2 2"]
-
-    def vector(self, q: tuple[float, float]) -> tuple[float, float]:
-        x, y = self.shape @ q
-        return float(x), float(y)
-
-
-def _disc(
-    frame: _Frame,
-    values: ndarray,
-    covariance: ndarray,
-    streak: tuple[float, float],
-    levels: tuple[float, float, float],
-) -> BallDisc:
-    """Return a measurement in the picture's own axes."""
-    x, y = frame.center + frame.shape @ values[:2]
-    axes = np.eye(3)
-    axes[:2, :2] = frame.shape
-    spread = axes @ covariance @ axes.T
-    return BallDisc(float(x), float(y), float(values[2]), spread, streak, None, levels)
-
-
-def _streak(found: Found, state: ndarray) -> tuple[float, float]:
-    """Return the whole streak in the ball's frame; 0 where it is not significant."""
-    if state[3] != 0.0 or state[4] != 0.0:
-        return 2.0 * float(found.edge[4]), 2.0 * float(found.edge[5])
-    uneven = math.hypot(found.edge[4], found.edge[5])
-    sd = math.sqrt(max(found.covariance[4, 4] + found.covariance[5, 5], 0.0))
-    if not uneven > SIGNIFICANT * sd:
-        return 0.0, 0.0
-    length, angle = math.sqrt(24.0 * uneven), 0.5 * math.atan2(found.edge[5], found.edge[4])
-    return length * math.cos(angle), length * math.sin(angle)
-
-
-def _levels(light: ndarray, gamma: float) -> tuple[float, float, float]:
-    blue, green, red = 255.0 * (np.clip(light / 255.0, 0.0, 1.0)) ** (1.0 / gamma)
-    return float(blue), float(green), float(red)
-
-
-def _blank() -> Found:
-    return Found(np.zeros(6), np.zeros(6), np.zeros((PARAMETERS, PARAMETERS)), np.zeros(8))
+def _disc(found: Found, which: int, offset: tuple[int, int], gamma: float) -> BallDisc:
+    x, y, radius = found.discs[which].tolist()
+    across, down = found.streak.tolist()
+    disagreement = float(found.about[4])
+    blue, green, red = (
+        255.0 * min(max(light / 255.0, 0.0), 1.0) ** (1.0 / gamma)
+        for light in found.about[5:8].tolist()
+    )
+    return BallDisc(
+        x + offset[0],
+        y + offset[1],
+        radius,
+        found.spreads[which],
+        (across, down),
+        None if math.isnan(disagreement) else disagreement,
+        (blue, green, red),
+    )
 
 
 def _paint(colour: BallColour, gamma: float) -> Paint:

@@ -63,6 +63,7 @@ class View:
     region: Picture
     offset: tuple[int, int]
     ball: Float[ndarray, "3"]  # m, camera frame, at the exposure of its own row
+    velocity: Float[ndarray, "3"]  # m/s, camera frame
 
 
 def measurement_rows(*, quick: bool = False) -> tuple[Row, ...]:
@@ -114,7 +115,7 @@ def views(
         count -= 1
         motion = _motion(camera, (eye, axes), ball, velocity, float(disc[1]))
         region = expose(camera, motion, 0.0, scene, key=(tries,), region=(x0, y0, x1, y1))
-        yield View(region, (x0, y0), ball)
+        yield View(region, (x0, y0), ball, velocity)
 
 
 def _pose(rng: np.random.Generator) -> tuple[ndarray, ndarray]:
@@ -129,13 +130,13 @@ def _pose(rng: np.random.Generator) -> tuple[ndarray, ndarray]:
 
 def _is_seen(eye: ndarray, ball: ndarray) -> bool:
     """Tell whether nothing of the court stands before the ball."""
-    in_room = 0.03 < ball[2] < 2.9 and abs(ball[1]) < 3.0 and ball[0] < OPPONENT_X - 0.3
+    in_room = bool(0.03 < ball[2] < 2.9 and abs(ball[1]) < 3.0 and ball[0] < OPPONENT_X - 0.3)
     if ball[2] < 0.15 and abs(ball[0]) > TABLE_HALF_LENGTH - 0.07:
         return False  # sunk behind an edge of the table
     if ball[0] < -0.05:
         return in_room
     height = eye[2] - (ball[2] - eye[2]) * eye[0] / (ball[0] - eye[0])  # where x = 0
-    return in_room and height > CLEAR_OF_NET
+    return in_room and bool(height > CLEAR_OF_NET)
 
 
 def _grey() -> Scene:
@@ -276,14 +277,14 @@ def _streamed(depth: float, *, quick: bool) -> list[Row]:
     stream, eye, axes = Stream(camera), np.array([-1.69, 0.0, 0.2]), CAMERA_FROM_BODY_AXES.T
     found = []
     for k in range(QUICK_STREAMED if quick else STREAMED):
-        ball = np.array([0.05 + 0.01 * k, -0.12 - 0.005 * k, depth - 0.01 * k])
+        ball = depth * np.array([0.012 * k - 0.2, 0.002 * k - 0.12, 1.0 - 0.002 * k])
         motion = _motion(camera, (eye, axes), ball, np.zeros(3), camera.height_px / 2)
         picture = stream.send(lambda m=motion, k=k: expose(camera, m, 0.0, Scene(), key=(k,)))()
         if k >= SETTLED:
             x, y, radius = disc_of_sphere(camera, ball)
             half, x0, y0 = int(radius) + 2 * MARGIN_PX, round(x), round(y)
             box = picture[y0 - half : y0 + half, x0 - half : x0 + half]
-            found.append(View(np.ascontiguousarray(box), (x0 - half, y0 - half), ball))
+            found.append(View(np.ascontiguousarray(box), (x0 - half, y0 - half), ball, np.zeros(3)))
     errors, _ = _errors(camera, iter(found))
     cm = 100.0 * np.abs(errors["edge"])
     if len(cm) == 0:
