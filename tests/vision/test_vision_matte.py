@@ -221,6 +221,30 @@ def test_guesses_that_are_none_are_refused(guess):
         measure_ball(plain(SHAPE), guess)
 
 
+@pytest.mark.parametrize(
+    "colour", [replace(ORANGE_BALL, levels_bgr=(0, 0, 0)), replace(ORANGE_BALL, tolerance=0.0)]
+)
+def test_black_balls_and_colours_without_tolerance_are_refused(colour):
+    with pytest.raises(InputError, match="ball"):
+        measure_ball(plain(SHAPE), Guess(32.0, 30.0, 20.0), colour)
+
+
+def test_whatever_the_picture_a_ball_is_finite_or_none():
+    rng, sides = np.random.default_rng(9), np.arange(50)
+    for _ in range(400):
+        height, width = rng.choice(sides, 2)
+        shot = np.full((height, width, 3), rng.integers(0, 256, 3), np.uint8)
+        shot[: height // 2] = rng.integers(0, 256, 3)
+        down, across = np.indices((height, width))
+        x, y, radius = *rng.uniform(0.0, 50.0, 2), rng.uniform(0.0, 20.0)
+        shot[np.hypot(across - x, down - y) < radius] = ORANGE
+        guess = Guess(x + rng.normal(0, 2), y + rng.normal(0, 2), 0.1 + 2.2 * radius)
+        found = measure_ball(shot, guess, gamma=float(rng.choice([1.0, 2.2])))
+        if found is not None:
+            assert np.isfinite([found.x_px, found.y_px, found.radius_px]).all()
+            assert np.linalg.eigvalsh(found.covariance).min() > 0.0
+
+
 def test_the_region_around_a_guess_holds_ball_streak_and_ring_within_the_picture():
     assert region_around(Guess(100.0, 50.0, 20.0), 640, 360) == (76, 26, 125, 75)
     x0, _, x1, _ = region_around(Guess(100.0, 50.0, 20.0, streak_px=(10.0, 0.0)), 640, 360)

@@ -20,7 +20,7 @@ SMALLEST_STEP = 2e-2  # px: the one after it is far smaller
 FIRST_SCALE, LEAST_SCALE = 2.0, 0.25  # of residuals over what is expected of them
 CLIP = 2.5  # of residuals, in their sd
 LEAST_SPREAD = 0.06  # px^2, variance of the edge: a pixel has 1/12
-NODE_SPACING, MOST_NODES = 1.2, 14  # px; of an exposure
+NODE_SPACING, MOST_NODES = 1.6, 14  # px; of an exposure
 FLOOR_SD = 0.008  # px: what sampling and the model of the edge leave
 
 TABLE_REACH, TABLE_FINENESS = 4.5, 128

@@ -28,7 +28,7 @@ WELL_SHADED, SHADE_TURNS, RIDGE_OF_SHADE = 0.2, 4, 0.01  # of the paint: below, 
 UNSHADED = 0.25  # sd of the brightness where it is not
 LEAST_SHARE = 0.25  # of a pixel's two sectors that must have a background
 LEAST_DIVISOR = 0.2
-THINNED_RADIUS = 12.0  # px: from here on half the edge pixels will do
+THINNED_RADIUS, THINNED_HALF_STREAK = 12.0, 5.0  # px: then half the edge pixels will do
 BAND, BAND_MARGIN = 2.5, 0.5  # edge pixels lie within 2.5 sigma + 0.5 px of the outline
 
 
@@ -294,7 +294,7 @@ def gather(pixels, state, shape, inverse, margins, step, paint, room, area):
     area[:] = 0.0
     count, outer, deep = 0, r + gap, r - core
     is_shaded = ball[5] != 0.0 or ball[6] != 0.0 or ball[7] != 0.0
-    is_thinned = r > THINNED_RADIUS
+    is_thinned = r > THINNED_RADIUS or uu > THINNED_HALF_STREAK**2
     half = BAND * math.sqrt(state[5]) + BAND_MARGIN
     lost = np.zeros(
         (SECTORS, 3)

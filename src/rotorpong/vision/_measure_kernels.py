@@ -77,7 +77,7 @@ def measure(pixels, state, shape, paint, found):
         moved = math.hypot(edge[0], edge[1]) + abs(edge[2] - state[2])
         blurred = at_rest and may_move and is_blurred(edge, covariance)
         if not at_rest:
-            moved += math.hypot(edge[4] - state[3], edge[5] - state[4])
+            moved = max(moved - CLOSE, 0.5 * math.hypot(edge[4] - state[3], edge[5] - state[4]))
             if 2.0 * math.hypot(edge[4], edge[5]) < LEAST_MOTION:
                 state[3], state[4], may_move = 0.0, 0.0, False
                 edge[4], edge[5] = 0.0, 0.0

@@ -129,7 +129,8 @@ def measure_ball(
         gamma: level = 255 (light / 255)^(1 / gamma).
 
     Raises:
-        InputError: the guess is not finite or has no size, or gamma is not above 0.
+        InputError: the guess is not finite or has no size, gamma is not above 0, or the ball is
+            black or its colour without tolerance.
     """
     found = _measured(region, guess, colour, offset, gamma)
     return None if found is None else _disc(found, EDGE, offset, gamma)
@@ -201,6 +202,8 @@ def _measured(
     numbers = (guess.x_px, guess.y_px, guess.diameter_px, *guess.streak_px)
     if not (all(map(math.isfinite, numbers)) and guess.diameter_px > 0.0 and gamma > 0.0):
         raise InputError(f"{guess}, gamma {gamma}: expected finite numbers, size and gamma above 0")
+    if not max(colour.levels_bgr) >= 1.0 or not colour.tolerance > 0.0:
+        raise InputError(f"{colour}: a black ball or one without tolerance cannot be measured")
     shape = ROUND if guess.shape is None else np.ascontiguousarray(guess.shape, dtype=float)
     x, y, u = guess.x_px - offset[0], guess.y_px - offset[1], (0.0, 0.0)
     if math.hypot(*guess.streak_px) > 2.0 * BLURRED_PX:

@@ -38,7 +38,7 @@ from rotorpong.world.stream import Stream
 
 DEPTHS = (1.0, 2.5, 4.0)  # m
 VIEWS, QUICK_VIEWS = 60, 8
-STREAMED, SETTLED, QUICK_STREAMED = 30, 4, 8  # frames; of them not measured
+STREAMED, SETTLED, QUICK_STREAMED = 64, 4, 10  # frames; of them not measured
 STREAM_MBIT_S = 4.0
 GREY = (150.0, 140.0, 120.0)  # blue, green, red
 SURFACES = (
@@ -67,7 +67,7 @@ class View:
 
 
 def measurement_rows(*, quick: bool = False) -> tuple[Row, ...]:
-    """Measure accuracy and speed of the eyes' measurement: two minutes, or ten seconds."""
+    """Measure accuracy and speed of the eyes' measurement: half a minute, or ten seconds."""
     still = replace(ARDRONE2_720P, exposure_s=0.0)
     rows: list[Row] = []
     for gamma in (1.0, 2.2):
