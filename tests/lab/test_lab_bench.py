@@ -10,9 +10,9 @@ from rich.console import Console
 from rotorpong.conventions import InputError
 from rotorpong.lab.bench import ball_rows, peers, timing
 from rotorpong.lab.bench.rows import Row
+from rotorpong.lab.bench.suites import SUITES, Order
 from rotorpong.lab.bench.tables import number, rows_table
 from rotorpong.lab.bench.timing import LIBRARIES, cpu_seconds, single_thread, wall_seconds
-from rotorpong.lab.bench.world import SECTIONS, Order
 
 ADAPTER = """
 from rotorpong.lab.bench.rows import Row
@@ -94,7 +94,7 @@ def test_one_thread_is_asked_of_every_library():
 
 
 def test_peers_and_private_data_are_measured_only_when_asked_for():
-    titles = [section.title for section in SECTIONS if section.asked(Order())]
+    titles = [section.title for section in SUITES["world"] if section.asked(Order())]
     assert "ball" in titles
     assert not {"peers", "flights", "events"} & set(titles)
 

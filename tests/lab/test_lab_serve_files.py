@@ -49,7 +49,7 @@ def test_writing_replaces_the_old_file_and_leaves_nothing_else(tmp_path):
 
 
 def test_a_file_that_cannot_be_written_is_an_error(tmp_path):
-    with pytest.raises(InputError, match="missing/serves.csv: the folder .* does not exist"):
+    with pytest.raises(InputError, match=r"missing/serves\.csv: the folder .* does not exist"):
         write_serves(tmp_path / "missing" / "serves.csv", made(1))
 
 

@@ -15,8 +15,8 @@ class Bench(Common):
 
     seed: int = 0
     """Taken by every command; what is measured here has seeds of its own."""
-    what: Positional[Literal["world"]]
-    """world: the simulator."""
+    what: Positional[Literal["world", "eyes"]]
+    """world: the simulator. eyes: how well a ball is measured, followed and predicted."""
 
     peers: FlagCreatePairsOff[bool] = False
     """Measure peers as well: needs a checkout and the extra bench."""
@@ -31,11 +31,13 @@ class Bench(Common):
 
     def run(self) -> dict[str, Any]:
         """Measure."""
+        from rotorpong.lab.bench.suites import Order, measure
         from rotorpong.lab.bench.tables import rows_table
         from rotorpong.lab.bench.timing import is_single_thread
-        from rotorpong.lab.bench.world import Order, measure
 
-        order = Order(self.quick, self.peers, self.flights, self.events, self.out).check()
+        order = Order(
+            self.what, self.quick, self.peers, self.flights, self.events, self.out
+        ).check()
         if not is_single_thread():
             say("numeric libraries run as many threads as they like: OMP_NUM_THREADS etc. unset")
         compile_kernels()

@@ -41,6 +41,7 @@ from numpy import ndarray
 from rotorpong.conventions import BALL_RADIUS, GRAVITY, InputError
 from rotorpong.physics.ball import TABLE_SURFACE, Air
 from rotorpong.vision import _flight_filter_kernels as kernels
+from rotorpong.vision import _flight_window_kernels
 
 AIR = Air()
 LONGEST_FLIGHT = 3.0  # s
@@ -268,7 +269,7 @@ def fit_window(known: Belief, sights: Sequence[Sight], prior: Prior) -> tuple[Be
     cost = math.inf
     root = np.linalg.inv(start.covariance + CERTAIN * np.eye(kernels.SIZE))
     for count in _growing(len(sights)):
-        cost = kernels.window(
+        cost = _flight_window_kernels.window(
             start.mean, root, rows[:count], prior.air, table, prior.attitude.walk, mean, covariance
         )
     return Belief(sights[0].time, mean, covariance), cost

@@ -86,7 +86,8 @@ def _tracked(stage: Stage, index: int) -> Watched:
             position, velocity = drone.ball_in_camera(estimate.time)
             if position[2] < PLANE:
                 error, nees = _errors(estimate, position, velocity)
-                crossing, begin = eyes.crossing(np.array([1.0, 0.0, 0.0]), HOME_BLADE[0]), seen
+                crossing = eyes.crossing(np.array([1.0, 0.0, 0.0]), HOME_BLADE[0])
+                begin = seen.frame_time
     truth, miss, ahead = drone.truth(), np.nan, np.nan
     passed = np.flatnonzero(truth.ball_path[:, 0] < HOME_BLADE[0])
     if crossing is not None and len(passed):
@@ -94,7 +95,7 @@ def _tracked(stage: Stage, index: int) -> Watched:
         seen_from = eyes.place_of_drone(1e-3 * tick)
         there = truth.ball_path[tick] - truth.body_path[tick]
         miss = float(np.linalg.norm((crossing.position - seen_from - there)[1:]))
-        ahead = 1e-3 * tick - begin.frame_time
+        ahead = 1e-3 * tick - begin
     levels = eyes.nis
     mean = float(np.mean(levels)) if levels else np.nan
     return Watched(error, nees, ahead, miss, mean, len(levels))
@@ -207,7 +208,7 @@ def _frames(stage: Stage, index: int) -> list[Observation]:
     while (seen := drone.observe()) is not None:
         picture, frame = seen.frame.picture, seen.frame
         ready = Frame(frame.width, frame.height, lambda p=picture: p)
-        assert ready.picture is picture  # noqa: S101 - read once, as by a decoder
+        _ = ready.picture  # read once, as by a decoder
         made.append(Observation(ready, seen.frame_time, seen.arrival_time, seen.navdata))
         drone.command(HOVER)
     return made

@@ -1,20 +1,25 @@
-"""What `rotorpong bench world` measures: sections, each a module imported when its turn comes.
+"""What `rotorpong bench` measures: suites of sections, each a module imported in its turn.
 
 A section's module returns rows. Rows that need a peer, or data that not everybody has, belong to
 sections that are asked for.
 """
 
 import importlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from rotorpong.conventions import InputError
 from rotorpong.files import prepare_folder
 from rotorpong.lab.bench.rows import Row
 
 REACH_BALLS = 100  # of each kind on each vehicle; reach_rows.rows(balls=...) takes more
+
+Suite = Literal["world", "eyes"]
+BELONGS: Mapping[str, Suite] = {  # what can be ordered of one suite only
+    **dict.fromkeys(("peers", "flights", "events", "out"), "world"),
+}
 
 Advance = Callable[[str, int, int], None]  # what, done, of how many
 
@@ -23,6 +28,7 @@ Advance = Callable[[str, int, int], None]  # what, done, of how many
 class Order:
     """What is asked for."""
 
+    suite: Suite = "world"
     quick: bool = False  # few repetitions, and nothing that takes minutes
     peers: bool = False
     flights: Path | None = None  # measured flights, a folder
@@ -33,9 +39,10 @@ class Order:
         """Return the order if all that it names can be read and written, before all measuring.
 
         Raises:
-            InputError: data are missing or damaged, a peer cannot be had, or figures cannot be
-                written.
+            InputError: something belongs to another suite, data are missing or damaged, a peer
+                cannot be had, or figures cannot be written.
         """
+        self._check_suite()
         if self.flights is not None and not self.flights.is_dir():
             raise InputError(f"--flights {self.flights}: expected a folder of measured flights")
         if self.events is not None and not self.events.exists():
@@ -49,6 +56,11 @@ class Order:
         if self.out is not None:
             prepare_folder(self.out)
         return self
+
+    def _check_suite(self) -> None:
+        for name, suite in BELONGS.items():
+            if getattr(self, name) and self.suite != suite:
+                raise InputError(f"--{name} with bench {self.suite}: belongs to bench {suite}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +81,7 @@ def _named(tell: Advance, what: str) -> Callable[[int, int], None]:
     return lambda done, total: tell(f"bench: {what}", done, total)
 
 
-SECTIONS = (
+WORLD = (
     Section("ball", lambda order, tell: _module("ball_rows").rows(quick=order.quick)),
     Section("vehicle", lambda order, tell: _module("vehicle_rows").rows(quick=order.quick)),
     Section("world", lambda order, tell: _module("world_speed").rows(quick=order.quick)),
@@ -100,6 +112,14 @@ SECTIONS = (
         lambda order: order.peers,
     ),
 )
+EYES = (
+    Section(
+        "measuring", lambda order, tell: _module("eyes_rows").measurement_rows(quick=order.quick)
+    ),
+    Section("tracking", lambda order, tell: _module("tracking_rows").rows(quick=order.quick)),
+    Section("predicting", lambda order, tell: _module("prediction_rows").rows(quick=order.quick)),
+)
+SUITES: Mapping[Suite, tuple[Section, ...]] = {"world": WORLD, "eyes": EYES}
 
 
 def measure(order: Order, advance: Advance) -> tuple[Row, ...]:
@@ -109,7 +129,7 @@ def measure(order: Order, advance: Advance) -> tuple[Row, ...]:
         order: what is asked for.
         advance: called with a section's title and how many of how many sections are done.
     """
-    chosen = [section for section in SECTIONS if section.asked(order)]
+    chosen = [section for section in SUITES[order.suite] if section.asked(order)]
     rows: list[Row] = []
     for done, section in enumerate(chosen):
         advance(f"bench: {section.title}", done, len(chosen))
