@@ -1,13 +1,8 @@
-"""The circle of a ball's outline, by regularised least squares solved with OpenCV (section III).
+"""The circle of a ball's outline (section III); how it is fitted is a choice of `circles`.
 
-A circle with centre (a, b) and radius r satisfies, in coordinates centred on the outline's mean
-point and scaled by its rms distance from it,
-
-    x^2 + y^2 = 2 a x + 2 b y + c,    c = r^2 - a^2 - b^2
-
-which is linear in (a, b, c). Least squares over all outline points with a ridge on (a, b) gives
-the circle: the ridge changes nothing on a full outline, holds the centre near the points where a
-short arc leaves it open, and keeps a line or a single pixel solvable.
+The paper fits by "regularised least squares" with OpenCV, which is Kasa's circle with a ridge: it
+changes nothing on a full outline, holds the centre near the points where a short arc leaves it
+open, and keeps a line or a single pixel solvable.
 
 Outlines as `cv2.findContours` returns them run through the centres of the outermost pixels inside
 the ball, so the circle is too small: by about 0.37 px in radius on a sharp ball, more with gamma.
@@ -23,8 +18,8 @@ from jaxtyping import Int32, Shaped
 from numpy import ndarray
 
 from rotorpong.conventions import InputError
+from rotorpong.vision.circles import FITS, CircleFit
 
-RIDGE = 1e-6  # per point, against coordinates of unit rms distance
 ARC_TOLERANCE = 0.1  # of the radius
 ARC_TOLERANCE_PX = 1.5  # steps between pixels
 OUTLINE_BIAS_PX = 0.74  # what a sharp ball's outline lacks in diameter
@@ -39,12 +34,15 @@ class Circle:
     diameter_px: float
 
 
-def fit_circle(outline: Shaped[ndarray, "n 2"], *, whole_pixels: bool = False) -> Circle:
+def fit_circle(
+    outline: Shaped[ndarray, "n 2"], *, whole_pixels: bool = False, fit: CircleFit = "kasa"
+) -> Circle:
     """Return the circle that fits outline points best.
 
     Args:
         outline: points (x, y) in pixels, in any order.
         whole_pixels: round the diameter to whole pixels, at least one: the steps of Fig. 4.
+        fit: how.
 
     Raises:
         InputError: there is no point, or one is not finite.
@@ -55,7 +53,7 @@ def fit_circle(outline: Shaped[ndarray, "n 2"], *, whole_pixels: bool = False) -
     mean = points.mean(axis=0)
     offsets = points - mean
     scale = float(np.sqrt(np.mean(np.sum(offsets**2, axis=1)))) or 1.0
-    a, b, radius = _solve(offsets / scale)
+    a, b, radius = FITS[fit](offsets / scale)
     diameter = 2.0 * radius * scale
     if whole_pixels:
         diameter = float(max(1, round(diameter)))
@@ -70,13 +68,3 @@ def outer_arc(outline: Int32[ndarray, "n 2"]) -> Int32[ndarray, "m 2"]:
     (x, y), radius = cv2.minEnclosingCircle(outline)
     distances = np.hypot(outline[:, 0] - x, outline[:, 1] - y)
     return outline[distances >= radius - max(ARC_TOLERANCE_PX, ARC_TOLERANCE * radius)]
-
-
-def _solve(points: Shaped[ndarray, "n 2"]) -> tuple[float, float, float]:
-    design = np.column_stack([2.0 * points, np.ones(len(points))])
-    squares = np.sum(points**2, axis=1)
-    ridge = len(points) * RIDGE * np.diag([1.0, 1.0, 0.0])
-    moments = (design.T @ squares)[:, None]
-    _, solution = cv2.solve(design.T @ design + ridge, moments, flags=cv2.DECOMP_CHOLESKY)
-    a, b, c = (float(value) for value in solution[:, 0])
-    return a, b, float(np.sqrt(max(c + a * a + b * b, 0.0)))

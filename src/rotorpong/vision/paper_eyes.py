@@ -16,6 +16,7 @@ from numpy import ndarray
 from rotorpong.conventions import BALL_DIAMETER, InputError
 from rotorpong.drone import BallEstimate, Observation
 from rotorpong.physics.camera import Camera
+from rotorpong.vision.circles import CircleFit
 from rotorpong.vision.detect import as_picture, find_blobs
 from rotorpong.vision.locate import position_and_covariance
 from rotorpong.vision.measure import Circle, fit_circle
@@ -39,7 +40,12 @@ class PaperEyes:
     """Eyes for one serve, as the paper built them."""
 
     def __init__(
-        self, camera: Camera, ball_diameter: float = BALL_DIAMETER, *, whole_pixels: bool = True
+        self,
+        camera: Camera,
+        ball_diameter: float = BALL_DIAMETER,
+        *,
+        whole_pixels: bool = True,
+        fit: CircleFit = "kasa",
     ) -> None:
         """Look through `camera` for a ball of `ball_diameter` metres.
 
@@ -47,10 +53,11 @@ class PaperEyes:
             camera: whose frames these are.
             ball_diameter: of the real ball, m.
             whole_pixels: round its diameter in the picture to whole pixels, as in Fig. 4.
+            fit: how a circle is put through its outline.
         """
         self._camera = camera
         self._ball_diameter = ball_diameter
-        self._whole_pixels = whole_pixels
+        self._whole_pixels, self._fit = whole_pixels, fit
         self._previous: _Sight | None = None
 
     def see(self, observation: Observation) -> BallEstimate | None:
@@ -77,7 +84,9 @@ class PaperEyes:
                 f"camera {self._camera.name} has {width} x {height}"
             )
         plausible = [b for b in find_blobs(as_picture(picture)) if b.score >= PLAUSIBLE_SCORE]
-        circles = [fit_circle(b.contour, whole_pixels=self._whole_pixels) for b in plausible]
+        circles = [
+            fit_circle(b.contour, whole_pixels=self._whole_pixels, fit=self._fit) for b in plausible
+        ]
         inside = [c for c in circles if 0 <= c.x_px <= width - 1 and 0 <= c.y_px <= height - 1]
         return max(inside, key=lambda circle: circle.diameter_px, default=None)
 
