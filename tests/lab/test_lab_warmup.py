@@ -23,11 +23,12 @@ from rotorpong.lab.warmup import warm_up
 
 ours = [d for d in gc.get_objects() if isinstance(d, Dispatcher)]
 ours = [d for d in ours if d.py_func.__module__.startswith("rotorpong")]
-warm_up()
+warm_up(eyes="tracker")
 before = {id(d): len(d.signatures) for d in ours}
 evaluate(Spec(), 1)
 evaluate(Spec("hover", camera="ardrone2_720p", serves="constant", racket="rubber"), 17)
 serve_stats(Spec("hover"), 1)
+evaluate(Spec(eyes="tracker"), 3)
 train(Spec(eyes="truth", seed=1), 1, Path(tempfile.mkdtemp()) / "run.sqlite")
 late = [d.py_func.__qualname__ for d in ours if len(d.signatures) != before[id(d)]]
 print(sum(before.values()), late)

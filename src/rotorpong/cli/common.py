@@ -27,7 +27,7 @@ class Match(Common):
     player: str = "paper"
     """hover, paper, oracle, or your own as FILE.py:CLASS."""
     eyes: str = "paper"
-    """truth or paper."""
+    """truth, paper or tracker."""
     vehicle: str = "tum_gazebo"
     """tum_gazebo, ardrone2, or ardrone2_raw."""
     camera: str = "gazebo"
@@ -77,14 +77,14 @@ def within_cores(workers: int) -> int:
     return min(workers, cores())
 
 
-def compile_kernels() -> None:
-    """Compile what is not compiled yet, saying so once."""
+def compile_kernels(eyes: str = "paper") -> None:
+    """Compile what is not compiled yet, saying so once; what only the tracker needs, for it."""
     from rotorpong.kernels import CACHE_FOLDER
     from rotorpong.lab.warmup import warm_up
 
     if CACHE_FOLDER is None or not any(CACHE_FOLDER.rglob("*.nbi")):
         say("compiling kernels (once, about a minute) ...")
-    warm_up()
+    warm_up(eyes=eyes)
 
 
 Advance = Callable[[str, int, int], None]

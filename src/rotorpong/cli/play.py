@@ -59,7 +59,7 @@ class Train(Match):
 
         require_count("hits", self.hits)
         spec = self.spec()
-        compile_kernels()
+        compile_kernels(self.eyes)
         with progress_bar() as advance:
             done = train(
                 spec, self.hits, self.out, resume=self.resume, progress=named(advance, "hits")
@@ -104,7 +104,7 @@ class Evaluate(Varied):
         for other in others:
             require_same_balls(head, other)
         known = knowledge_of(spec, self.experience)
-        compile_kernels()
+        compile_kernels(self.eyes)
         with progress_bar() as advance:
             results = evaluate(
                 spec,

@@ -28,7 +28,7 @@ class Throw(Varied):
         check(self.index, self.out, self.slow)
         spec = self.spec(randomize=self.randomize)
         known = knowledge_of(spec, self.experience)
-        compile_kernels()
+        compile_kernels(self.eyes)
         with progress_bar() as advance:
             result = throw(
                 spec,

@@ -23,11 +23,12 @@ Step = Callable[[int, int], None]
 STEPS = 4
 
 
-def warm_up(progress: Step | None = None) -> None:
-    """Run through every kernel; numba compiles what its cache does not hold (a minute at most).
+def warm_up(progress: Step | None = None, *, eyes: str = "paper") -> None:
+    """Run through every kernel; numba compiles what its cache does not hold (a minute or two).
 
     Args:
         progress: called with (steps done, steps).
+        eyes: those of the tracker have many kernels of their own, which only they need.
     """
     tell = progress or (lambda done, steps: None)
     tell(0, STEPS)
@@ -53,6 +54,8 @@ def warm_up(progress: Step | None = None) -> None:
     fly(ball, Air(), 0.1)
     rest = State(np.zeros(3), np.zeros(3))
     Dmp(np.zeros((20, 3))).roll_out(rest, rest, 1.0, np.linspace(0.0, 1.0, 3))
+    if eyes == "tracker":
+        _follow_once(Spec(eyes="tracker"))
     tell(STEPS, STEPS)
 
 
@@ -70,6 +73,15 @@ def play_once(serve: Serve, setting: Setting) -> None:
     while not batch.over.all():
         batch.advance()
     batch.states()
+
+
+def _follow_once(spec: Spec) -> None:
+    """Follow a ball until the eyes have done all that they do."""
+    drone = new_drone(stage_of(spec), 0)
+    eyes = spec.make_eyes(drone)
+    while (seen := drone.observe()) is not None:
+        eyes.see(seen)
+        drone.command(HOVER)
 
 
 def _take_frame(spec: Spec) -> None:
