@@ -3,6 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from filterpy.kalman import ExtendedKalmanFilter
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
@@ -259,3 +260,41 @@ def test_a_ball_behind_the_camera_is_no_sight():
     belief = replace(ground(LEVEL, 0.0), mean=mean)
     _, nis = update(belief, sight(0.0, np.array([1.0, 0.0, 0.3])))
     assert math.isinf(nis)
+
+
+def test_prediction_and_update_are_those_of_filterpy():
+    """Its EKF takes the flow's and the sight's slopes by scipy; one step, near the prediction."""
+    prior = replace(LEVEL, unmodelled=0.3)
+    belief, _ = filtered(watched(4)[1], prior)
+    after = predict(belief, belief.time + 0.03, prior)
+    work, table = np.empty((3, 9)), [prior.restitution[0], prior.friction[0], 0.0]
+
+    def flown(state):
+        kernels.flow(np.concatenate([state[:10], table]), 0.03, Air(), work)
+        return np.concatenate([work[0], state[9:]])
+
+    oracle = ExtendedKalmanFilter(dim_x=16, dim_z=3)
+    steps = np.array([1e-5] * 3 + [1e-4] * 3 + [1e-2] * 3 + [1e-4] + [1e-7] * 6)
+    oracle.x, oracle.P = flown(belief.mean), belief.covariance.copy()
+    oracle.F = np.array(
+        [(flown(belief.mean + s * e) - flown(belief.mean - s * e)) / (2 * s)
+         for s, e in zip(steps, np.eye(16), strict=True)]
+    ).T  # fmt: skip
+    q = np.array([[0.03**3 / 3, 0.03**2 / 2], [0.03**2 / 2, 0.03]]) * 0.3**2
+    oracle.Q = np.zeros((16, 16))
+    for axis in range(3):
+        oracle.Q[np.ix_([axis, 3 + axis], [axis, 3 + axis])] = q
+    oracle.P = oracle.F @ oracle.P @ oracle.F.T + oracle.Q
+    assert after.mean == pytest.approx(oracle.x, abs=1e-12)
+    assert after.covariance == pytest.approx(oracle.P, rel=1e-3, abs=1e-9)
+
+    ball = after.mean[:9] + 1e-5 * np.array([10, 1, -1, 0, 0, 0, 0, 0, 0])
+    one = sight(after.time, ball)
+    updated, nis = update(after, one)
+    expected, slopes = np.empty(3), np.empty((3, 16))
+    kernels.look(after.mean, one.pose, expected, slopes)
+    oracle.x, oracle.P = after.mean.copy(), after.covariance.copy()
+    oracle.update(one.seen, lambda x: slopes, lambda x: expected, R=one.covariance)
+    assert updated.mean == pytest.approx(oracle.x, abs=1e-6)
+    assert updated.covariance == pytest.approx(oracle.P, rel=1e-3, abs=1e-9)
+    assert nis == pytest.approx(float(oracle.y @ np.linalg.solve(oracle.S, oracle.y)), rel=1e-6)
