@@ -119,11 +119,11 @@ class TrackerEyes:
             self._tracks = [track for track in self._tracks if not track.is_lost]
         if self.is_searching:
             self._search(frame, time)
-        best = self.best
+        best = self._best
         return None if best is None or best.missed else self._told(best.belief)
 
     @property
-    def best(self) -> _Track | None:
+    def _best(self) -> _Track | None:
         """The track that saw its ball most often, and at least twice."""
         seen = [track for track in self._tracks if len(track.sights) > 1]
         return max(seen, key=lambda track: len(track.sights), default=None)
@@ -131,7 +131,7 @@ class TrackerEyes:
     @property
     def belief(self) -> Belief | None:
         """What is known of the ball, table frame, at the time of the last frame."""
-        return None if self.best is None else self.best.belief
+        return None if self._best is None else self._best.belief
 
     def crossing(self, normal: Vector3, offset: float) -> Crossing | None:
         """Return where the ball will pass the plane normal . p = offset (table frame, m)."""
@@ -141,7 +141,7 @@ class TrackerEyes:
     @property
     def nis(self) -> list[float]:
         """NIS of each sight of the ball but the first."""
-        return [] if self.best is None else list(self.best.nis)
+        return [] if self._best is None else list(self._best.nis)
 
     @property
     def is_searching(self) -> bool:
