@@ -14,7 +14,6 @@ HOUSE = Path(__file__).resolve().parents[1]
 TESTS = sorted((HOUSE / "tests").rglob("*.py"))
 SOURCES = sorted((HOUSE / "src").rglob("*.py"))
 LONGEST_FUNCTION = 60  # lines
-LONG_KERNELS = {"integrate"}  # one loop over rigid-body states, 63 lines: nothing to take out
 PIN = re.compile(r"[a-z0-9-]+==[0-9][0-9a-z.]*( ; [a-z_]+ .+)?")
 PRIVATE = re.compile(
     r"fil[e]://|(?<![\w.])/(?:home|root|work|Users|opt)/\w|pypi\.or[g]|pythonhoste[d]"
@@ -129,7 +128,7 @@ def test_a_source_file_says_what_it_is_and_its_functions_are_short(file):
     assert ast.get_docstring(tree)
     sizes = sizes_of(file.read_text())
     long = {name: size for name, size in sizes.items() if size > LONGEST_FUNCTION}
-    assert set(long) - (LONG_KERNELS if file.name.endswith("kernels.py") else set()) == set()
+    assert long == {}
 
 
 def test_the_size_of_every_function_counts_also_where_names_are_equal():

@@ -5,14 +5,9 @@ import math
 import numpy as np
 
 from rotorpong.kernels import inlined_kernel, kernel
-from rotorpong.vision._matte_kernels import (
-    FEWEST_IN_SECTOR,
-    SECTORS,
-    TEXTURE,
-    back_substitute,
-    level_variance,
-    solve,
-)
+from rotorpong.vision._linear_kernels import back_substitute, solve
+from rotorpong.vision._matte_kernels import FEWEST_IN_SECTOR, TEXTURE, level_variance
+from rotorpong.vision._outline_kernels import SECTORS
 
 PARAMETERS = 6  # of the edge: x, y, r, a, b, c
 STEPS = 6
@@ -85,52 +80,26 @@ def add_up(band, edge, scale, nodes, normal, step):
         weight = share * inverse
         squares += weight * residual * residual
         weights += share
-        p0 = weight * s0
-        g0 += p0 * residual
-        p1 = weight * s1
-        g1 += p1 * residual
-        p2 = weight * s2
-        g2 += p2 * residual
-        p3 = weight * s3
-        g3 += p3 * residual
-        p4 = weight * s4
-        g4 += p4 * residual
-        p5 = weight * s5
-        g5 += p5 * residual
+        p0, p1, p2 = weight * s0, weight * s1, weight * s2
+        p3, p4, p5 = weight * s3, weight * s4, weight * s5
+        g0, g1, g2 = g0 + p0 * residual, g1 + p1 * residual, g2 + p2 * residual
+        g3, g4, g5 = g3 + p3 * residual, g4 + p4 * residual, g5 + p5 * residual
         h00 += p0 * s0
-        h10 += p1 * s0
-        h11 += p1 * s1
-        h20 += p2 * s0
-        h21 += p2 * s1
-        h22 += p2 * s2
-        h30 += p3 * s0
-        h31 += p3 * s1
-        h32 += p3 * s2
+        h10, h11 = h10 + p1 * s0, h11 + p1 * s1
+        h20, h21, h22 = h20 + p2 * s0, h21 + p2 * s1, h22 + p2 * s2
+        h30, h31, h32 = h30 + p3 * s0, h31 + p3 * s1, h32 + p3 * s2
+        h40, h41, h42 = h40 + p4 * s0, h41 + p4 * s1, h42 + p4 * s2
+        h50, h51, h52 = h50 + p5 * s0, h51 + p5 * s1, h52 + p5 * s2
         h33 += p3 * s3
-        h40 += p4 * s0
-        h41 += p4 * s1
-        h42 += p4 * s2
-        h43 += p4 * s3
-        h44 += p4 * s4
-        h50 += p5 * s0
-        h51 += p5 * s1
-        h52 += p5 * s2
-        h53 += p5 * s3
-        h54 += p5 * s4
-        h55 += p5 * s5
+        h43, h44 = h43 + p4 * s3, h44 + p4 * s4
+        h53, h54, h55 = h53 + p5 * s3, h54 + p5 * s4, h55 + p5 * s5
     normal[0, 0] = h00
     normal[1, 0], normal[1, 1] = h10, h11
     normal[2, 0], normal[2, 1], normal[2, 2] = h20, h21, h22
     normal[3, 0], normal[3, 1], normal[3, 2], normal[3, 3] = h30, h31, h32, h33
     normal[4, 0], normal[4, 1], normal[4, 2], normal[4, 3], normal[4, 4] = h40, h41, h42, h43, h44
-    normal[5, 0], normal[5, 1], normal[5, 2], normal[5, 3], normal[5, 4], normal[5, 5] = (
-        h50,
-        h51,
-        h52,
-        h53,
-        h54,
-        h55,
-    )
+    normal[5, 0], normal[5, 1], normal[5, 2] = h50, h51, h52
+    normal[5, 3], normal[5, 4], normal[5, 5] = h53, h54, h55
     step[0], step[1], step[2], step[3], step[4], step[5] = g0, g1, g2, g3, g4, g5
     return squares, weights
 

@@ -9,13 +9,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorpong.kernels import kernel
+from rotorpong.kernels import kernel, spliced_kernel
+from rotorpong.vision._linear_kernels import solve
+from rotorpong.vision._outline_kernels import SECTORS, box_around, capsule, sector_around
+from rotorpong.vision._shade_kernels import brightness
 
-SECTORS = 24
 LEVELS_PER_SECTOR = 10  # how many pixels; sums of b, g, r; of bb, bg, br, gg, gr, rr
 MATTE_PER_SECTOR = 10  # w; w.g; noise's, background's variance of alpha; pixels; shading's variance
 # of alpha, w.b, brightness at the rim
-FEWEST_IN_SECTOR, FEWEST_IN_CORE, FEWEST_FOR_SHADE = 3, 4, 10  # pixels
+FEWEST_IN_SECTOR, FEWEST_IN_CORE = 3, 4  # pixels
 NEIGHBOUR = 0.5  # weight of the next sectors in the scatter of the ring
 TEXTURE = 2.5  # neighbouring sectors err together
 CLIPPED = 254  # levels: from here on the picture may have cut off
@@ -24,7 +26,6 @@ CLAMP = 0.3  # of alpha beyond 0 and 1, in the area
 LEAST_NOISE = 0.15  # variance in levels of linear light: rounding
 CORE_NOISE = 0.05  # relative, of a pixel of the ball
 UNMEASURED = 0.8  # brightness of a ball without a core, in that of its paint
-WELL_SHADED, SHADE_TURNS, RIDGE_OF_SHADE = 0.2, 4, 0.01  # of the paint: below, the lamp is fitted
 UNSHADED = 0.25  # sd of the brightness where it is not
 LEAST_SHARE = 0.25  # of a pixel's two sectors that must have a background
 LEAST_DIVISOR = 0.2
@@ -128,58 +129,6 @@ def ball_colour(sums, paint, ball):
         ball[k] /= math.sqrt(total)
     ball[3], ball[4] = math.sqrt(trust) * noise, size / n
     return math.acos(min(dot, 1.0))
-
-
-@kernel
-def shade(pixels, state, inverse, core, paint, ball):
-    """Fit a Lambert ball's brightness to the core: B = A + max(0, l . normal).
-
-    Least squares with a ridge on l, over and over with the lit side of the last fit. Only where
-    shading counts; elsewhere, and for a ball that moves, B is the core's mean.
-    """
-    ball[5], ball[6], ball[7] = 0.0, 0.0, 0.0
-    if paint.shading > WELL_SHADED or state[3] != 0.0 or state[4] != 0.0:
-        return
-    x, y, r = state[0], state[1], state[2]
-    squares, rhs, n, deep = np.zeros((4, 4)), np.zeros(4), np.ones(4), r - core
-    for turn in range(SHADE_TURNS):
-        squares[:] = 0.0
-        rhs[:] = 0.0
-        for i in range(max(int(y - deep), 0), min(int(y + deep) + 2, pixels.shape[0])):
-            for j in range(max(int(x - deep), 0), min(int(x + deep) + 2, pixels.shape[1])):
-                dx, dy = j - x, i - y
-                n[1] = (inverse[0, 0] * dx + inverse[0, 1] * dy) / r
-                n[2] = (inverse[1, 0] * dx + inverse[1, 1] * dy) / r
-                squared = n[1] * n[1] + n[2] * n[2]
-                if squared * r * r >= deep * deep:
-                    continue
-                n[3] = math.sqrt(1.0 - squared)
-                if turn > 0 and ball[5] * n[1] + ball[6] * n[2] + ball[7] * n[3] < 0.0:
-                    n[1], n[2], n[3] = 0.0, 0.0, 0.0
-                value = 0.0
-                for k in range(3):
-                    value += ball[k] * paint.light[pixels[i, j, k]]
-                for a in range(4):
-                    rhs[a] += n[a] * value
-                    for b in range(a + 1):
-                        squares[a, b] += n[a] * n[b]
-        if squares[0, 0] < FEWEST_FOR_SHADE:
-            return
-        for a in range(1, 4):
-            squares[a, a] += RIDGE_OF_SHADE
-        solve(squares, rhs, 4)
-        for a in range(4):
-            ball[4 + a] = rhs[a]
-
-
-@kernel
-def brightness(ball, nx, ny):
-    """Return the ball's brightness where its normal has these components; at the rim beyond it."""
-    squared = nx * nx + ny * ny
-    if squared >= 1.0:
-        size = math.sqrt(squared)
-        return ball[4] + max(0.0, (ball[5] * nx + ball[6] * ny) / size)
-    return ball[4] + max(0.0, ball[5] * nx + ball[6] * ny + ball[7] * math.sqrt(1.0 - squared))
 
 
 @kernel
@@ -289,24 +238,19 @@ def gather(pixels, state, shape, inverse, margins, step, paint, room, area):
     """
     core, gap, _ = margins
     x, y, r, ux, uy = state[0], state[1], state[2], state[3], state[4]
-    uu = ux * ux + uy * uy
-    light, matte, band, ball = paint.light, room.matte, room.band, room.ball
+    uu, band, ball = ux * ux + uy * uy, room.band, room.ball
     area[:] = 0.0
     count, outer, deep = 0, r + gap, r - core
     is_shaded = ball[5] != 0.0 or ball[6] != 0.0 or ball[7] != 0.0
     is_thinned = r > THINNED_RADIUS or uu > THINNED_HALF_STREAK**2
     half = BAND * math.sqrt(state[5]) + BAND_MARGIN
-    lost = np.zeros(
-        (SECTORS, 3)
-    )  # sums of 1 - alpha, and of it times q: what a level's error moves
+    lost = np.zeros((SECTORS, 3))  # 1 - alpha, and times q: what a level's error moves
     x0, x1, y0, y1 = box_around(pixels, state, shape, outer)
     for i in range(y0, y1, step):
         for j in range(x0, x1, step):
             dx, dy = j - x, i - y
-            qx, qy = (
-                inverse[0, 0] * dx + inverse[0, 1] * dy,
-                inverse[1, 0] * dx + inverse[1, 1] * dy,
-            )
+            qx = inverse[0, 0] * dx + inverse[0, 1] * dy
+            qy = inverse[1, 0] * dx + inverse[1, 1] * dy
             if uu == 0.0 and qx * qx + qy * qy >= outer * outer:
                 continue
             near, far = capsule(qx, qy, ux, uy, uu)
@@ -314,44 +258,17 @@ def gather(pixels, state, shape, inverse, margins, step, paint, room, area):
                 continue
             alpha, variance = 1.0, 0.0
             if far >= deep:
-                place = sector_around(qx, qy, r, ux, uy, uu) - 0.5
-                s0 = math.floor(place)
-                share = place - s0
-                s1 = (s0 + 1) % SECTORS
-                s0 %= SECTORS
-                k0 = (1.0 - share) if matte[s0, 6] >= FEWEST_IN_SECTOR else 0.0
-                k1 = share if matte[s1, 6] >= FEWEST_IN_SECTOR else 0.0
+                sectors = sector_around(qx, qy, r, ux, uy, uu)
+                s0, s1, k0, k1 = sectors_and_shares(room.matte, sectors)
                 if k0 + k1 < LEAST_SHARE:
                     area[6] += 1.0
                     continue
-                b, g, e = pixels[i, j, 0], pixels[i, j, 1], pixels[i, j, 2]
-                lb, lg, le = light[b], light[g], light[e]
-                a0 = (
-                    matte[s0, 0] * lb + matte[s0, 1] * lg + matte[s0, 2] * le - matte[s0, 3]
-                    if k0 > 0.0
-                    else 0.0
+                bright = brightness(ball, qx / r, qy / r) if is_shaded else -math.inf
+                levels = pixels[i, j, 0], pixels[i, j, 1], pixels[i, j, 2]
+                alpha, variance, is_clipped = alpha_of(
+                    levels, s0, s1, k0, k1, bright, paint.light, room.matte
                 )
-                a1 = (
-                    matte[s1, 0] * lb + matte[s1, 1] * lg + matte[s1, 2] * le - matte[s1, 3]
-                    if k1 > 0.0
-                    else 0.0
-                )
-                alpha = (k0 * a0 + k1 * a1) / (k0 + k1)
-                noise = (k0 * matte[s0, 4] + k1 * matte[s1, 4]) / (k0 + k1)
-                spread = (k0 * matte[s0, 5] + k1 * matte[s1, 5]) / (k0 + k1)
-                if is_shaded:
-                    bright = brightness(ball, qx / r, qy / r)
-                    slope = (k0 * matte[s0, 8] + k1 * matte[s1, 8]) / (k0 + k1)
-                    rim = (k0 * matte[s0, 9] + k1 * matte[s1, 9]) / (k0 + k1)
-                    alpha /= max(1.0 + slope * (bright - rim), LEAST_DIVISOR)
-                is_clipped = max(b, g, e) >= CLIPPED and alpha > CLIPPED_ALPHA
-                if is_clipped:
-                    alpha = 1.0
-                under = 1.0 - min(max(alpha, 0.0), 1.0)
-                shaded = (k0 * matte[s0, 7] + k1 * matte[s1, 7]) / (k0 + k1)
-                over = 1.0 - under
-                variance = noise + under * under * (spread - noise) + over * over * shaded
-                owner = s0 if k0 > k1 else s1
+                owner, under = s0 if k0 > k1 else s1, 1.0 - min(max(alpha, 0.0), 1.0)
                 lost[owner, 0] += under
                 lost[owner, 1] += under * qx
                 lost[owner, 2] += under * qy
@@ -360,113 +277,86 @@ def gather(pixels, state, shape, inverse, margins, step, paint, room, area):
                     band[count, 0], band[count, 1], band[count, 2] = qx, qy, alpha
                     band[count, 3], band[count, 4] = 1.0 / variance, owner
                     count += 1
-            alpha = min(max(alpha, -CLAMP), 1.0 + CLAMP)
-            area[0] += alpha
-            area[1] += alpha * qx
-            area[2] += alpha * qy
-            area[3] += alpha * qx * qx
-            area[4] += alpha * qx * qy
-            area[5] += alpha * qy * qy
-            area[7] += variance
-            area[8] += variance * qx * qx
-            area[9] += variance * qy * qy
+            add_moments(min(max(alpha, -CLAMP), 1.0 + CLAMP), variance, qx, qy, area)
     area *= float(step * step)
+    lost *= float(step * step)
+    add_wrong_levels(lost, room.matte, area)
+    return count
+
+
+@spliced_kernel
+def sectors_and_shares(matte, sectors):
+    """Return the two sectors whose middles a place lies between, and their shares, 0 if unknown."""
+    place = sectors - 0.5
+    s0 = math.floor(place)
+    share = place - s0
+    s1 = (s0 + 1) % SECTORS
+    s0 %= SECTORS
+    k0 = (1.0 - share) if matte[s0, 6] >= FEWEST_IN_SECTOR else 0.0
+    k1 = share if matte[s1, 6] >= FEWEST_IN_SECTOR else 0.0
+    return s0, s1, k0, k1
+
+
+@spliced_kernel
+def alpha_of(levels, s0, s1, k0, k1, bright, light, matte):
+    """Return alpha of a pixel between two sectors, its variance, and whether it is cut off.
+
+    `bright` is the ball's brightness there, -inf for a ball that is not shaded.
+    """
+    b, g, e = levels
+    lb, lg, le = light[b], light[g], light[e]
+    a0 = (
+        matte[s0, 0] * lb + matte[s0, 1] * lg + matte[s0, 2] * le - matte[s0, 3]
+        if k0 > 0.0
+        else 0.0
+    )
+    a1 = (
+        matte[s1, 0] * lb + matte[s1, 1] * lg + matte[s1, 2] * le - matte[s1, 3]
+        if k1 > 0.0
+        else 0.0
+    )
+    alpha = (k0 * a0 + k1 * a1) / (k0 + k1)
+    noise = (k0 * matte[s0, 4] + k1 * matte[s1, 4]) / (k0 + k1)
+    spread = (k0 * matte[s0, 5] + k1 * matte[s1, 5]) / (k0 + k1)
+    if bright > -math.inf:
+        slope = (k0 * matte[s0, 8] + k1 * matte[s1, 8]) / (k0 + k1)
+        rim = (k0 * matte[s0, 9] + k1 * matte[s1, 9]) / (k0 + k1)
+        alpha /= max(1.0 + slope * (bright - rim), LEAST_DIVISOR)
+    is_clipped = max(b, g, e) >= CLIPPED and alpha > CLIPPED_ALPHA
+    if is_clipped:
+        alpha = 1.0
+    under = 1.0 - min(max(alpha, 0.0), 1.0)
+    shaded = (k0 * matte[s0, 7] + k1 * matte[s1, 7]) / (k0 + k1)
+    over = 1.0 - under
+    return alpha, noise + under * under * (spread - noise) + over * over * shaded, is_clipped
+
+
+@spliced_kernel
+def add_moments(alpha, variance, qx, qy, area):
+    """Add a pixel's alpha and its variance to the area's moments."""
+    area[0] += alpha
+    area[1] += alpha * qx
+    area[2] += alpha * qy
+    area[3] += alpha * qx * qx
+    area[4] += alpha * qx * qy
+    area[5] += alpha * qy * qy
+    area[7] += variance
+    area[8] += variance * qx * qx
+    area[9] += variance * qy * qy
+
+
+@kernel
+def add_wrong_levels(lost, matte, area):
+    """Add to the area's variances what each sector's wrong background does."""
     for s in range(SECTORS):
         if matte[s, 6] >= FEWEST_IN_SECTOR:
-            lost[s] *= float(step * step)
             texture = level_variance(matte, s)
             area[7] += texture * lost[s, 0] ** 2
             area[8] += texture * lost[s, 1] ** 2
             area[9] += texture * lost[s, 2] ** 2
-    return count
 
 
 @kernel
 def level_variance(matte, s):
     """Return the variance of alpha that a sector's wrong background makes: texture and noise."""
     return TEXTURE * max(matte[s, 5] - matte[s, 4], 0.0) + matte[s, 4] / matte[s, 6]
-
-
-@kernel
-def box_around(pixels, state, shape, reach):
-    """Return x0, x1, y0, y1 (ends exclusive) of the pixels within `reach` of the segment."""
-    ux = abs(shape[0, 0] * state[3] + shape[0, 1] * state[4])
-    uy = abs(shape[1, 0] * state[3] + shape[1, 1] * state[4])
-    half_x = reach * math.hypot(shape[0, 0], shape[0, 1]) + ux
-    half_y = reach * math.hypot(shape[1, 0], shape[1, 1]) + uy
-    x0, x1 = math.floor(state[0] - half_x), math.ceil(state[0] + half_x) + 1
-    y0, y1 = math.floor(state[1] - half_y), math.ceil(state[1] + half_y) + 1
-    return max(x0, 0), min(x1, pixels.shape[1]), max(y0, 0), min(y1, pixels.shape[0])
-
-
-@kernel
-def capsule(qx, qy, ux, uy, uu):
-    """Return distance from the segment -u .. u, and from the farther of its ends."""
-    if uu == 0.0:
-        distance = math.sqrt(qx * qx + qy * qy)
-        return distance, distance
-    along = qx * ux + qy * uy
-    t = min(max(along / uu, -1.0), 1.0)
-    near = math.hypot(qx - t * ux, qy - t * uy)
-    return near, math.sqrt(qx * qx + qy * qy + 2.0 * abs(along) + uu)
-
-
-@kernel
-def sector_around(qx, qy, r, ux, uy, uu):
-    """Return the sector of a place as it is seen from a capsule that is squeezed to a circle."""
-    if uu == 0.0:
-        return sector_of(qx, qy)
-    length = math.sqrt(uu)
-    along = (qx * ux + qy * uy) / uu * length / (r + length)
-    return sector_of(qx - along * ux, qy - along * uy)
-
-
-@kernel
-def sector_of(x, y):
-    """Return the angle of (x, y) in sectors, 0 <= s < SECTORS, good to 0.02 of one."""
-    ax, ay = abs(x), abs(y)
-    small, large = min(ax, ay), max(ax, ay)
-    z = small / large if large > 0.0 else 0.0
-    angle = z * (0.785398 + 0.273 * (1.0 - z))
-    if ay > ax:
-        angle = 1.570796 - angle
-    if x < 0.0:
-        angle = 3.141593 - angle
-    if y < 0.0:
-        angle = 6.283185 - angle
-    s = angle * (SECTORS / 6.283185307)
-    return s if s < SECTORS else 0.0
-
-
-@kernel
-def solve(m, b, n):
-    """Solve m x = b in place for the first n unknowns by Cholesky; return whether m is positive.
-
-    m's lower triangle becomes the factor, b the solution.
-    """
-    for i in range(n):
-        for j in range(i + 1):
-            total = m[i, j]
-            for k in range(j):
-                total -= m[i, k] * m[j, k]
-            if i == j:
-                if not total > 0.0:
-                    return False
-                m[i, i] = math.sqrt(total)
-            else:
-                m[i, j] = total / m[j, j]
-    back_substitute(m, b, n)
-    return True
-
-
-@kernel
-def back_substitute(factor, b, n):
-    """Solve L L^T x = b in place."""
-    for i in range(n):
-        for k in range(i):
-            b[i] -= factor[i, k] * b[k]
-        b[i] /= factor[i, i]
-    for i in range(n - 1, -1, -1):
-        for k in range(i + 1, n):
-            b[i] -= factor[k, i] * b[k]
-        b[i] /= factor[i, i]

@@ -7,20 +7,20 @@ import numpy as np
 
 from rotorpong.kernels import kernel
 from rotorpong.vision._edge_kernels import PARAMETERS, fit_edge
+from rotorpong.vision._linear_kernels import inverted
 from rotorpong.vision._matte_kernels import (
     BAND,
     BAND_MARGIN,
     FEWEST_IN_SECTOR,
     LEVELS_PER_SECTOR,
     MATTE_PER_SECTOR,
-    SECTORS,
     Room,
-    box_around,
     gather,
     look,
     mix,
-    shade,
 )
+from rotorpong.vision._outline_kernels import SECTORS, box_around, fits
+from rotorpong.vision._shade_kernels import shade
 
 TURNS = 6
 FIRST_GAP, GAP, RING = 1.5, 3.0, 3.0  # px; sigma; px: where the background begins, how far it goes
@@ -138,29 +138,6 @@ def is_blurred(edge, covariance):
     uneven = edge[4] ** 2 + edge[5] ** 2
     sure = SURE**2 * (covariance[4, 4] + covariance[5, 5])
     return uneven > max((MOVING**2 / 24.0) ** 2, sure)
-
-
-@kernel
-def fits(pixels, state, shape, gap):
-    """Tell whether outline and gap lie within the pixels."""
-    reach = state[2] + gap
-    half_x = reach * math.hypot(shape[0, 0], shape[0, 1])
-    half_x += abs(shape[0, 0] * state[3] + shape[0, 1] * state[4])
-    half_y = reach * math.hypot(shape[1, 0], shape[1, 1])
-    half_y += abs(shape[1, 0] * state[3] + shape[1, 1] * state[4])
-    x, y = state[0], state[1]
-    inside_x = x - half_x >= -0.5 and x + half_x <= pixels.shape[1] - 0.5
-    return inside_x and y - half_y >= -0.5 and y + half_y <= pixels.shape[0] - 0.5
-
-
-@kernel
-def inverted(m):
-    """Return the inverse of a 2 x 2 matrix."""
-    determinant = m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0]
-    inverse = np.empty((2, 2))
-    inverse[0, 0], inverse[0, 1] = m[1, 1] / determinant, -m[0, 1] / determinant
-    inverse[1, 0], inverse[1, 1] = -m[1, 0] / determinant, m[0, 0] / determinant
-    return inverse
 
 
 @kernel
