@@ -229,23 +229,26 @@ def moving_edge(x, y, edge, nodes):
     """
     r, a = edge[2], edge[3]
     s, pull = 1.0 / math.sqrt(a), a / (2.0 * r)
+    spacing, share = 2.0 / nodes, s / nodes
     total, s0, s1, s2, s3, s4, s5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(nodes):
-        t = (2.0 * k + 1.0) / nodes - 1.0
+        t = spacing * (k + 0.5) - 1.0
         dx, dy = x - edge[0] - t * edge[4], y - edge[1] - t * edge[5]
         rho = math.sqrt(dx * dx + dy * dy) + 1e-12
         z = (r - pull - rho) * s
         value, density = normal(z)
         total += value
-        density *= s / nodes
-        nx, ny = density * dx / rho, density * dy / rho
+        density *= share
+        across = density / rho
+        nx, ny = across * dx, across * dy
         s0 += nx
         s1 += ny
-        s2 += density * (1.0 + pull / r)
-        s3 -= density * (0.5 * z * s + 0.5 / r)
+        s2 += density
+        s3 += density * z
         s4 += t * nx
         s5 += t * ny
-    return total / nodes, s0, s1, s2, s3, s4, s5
+    s3 = -0.5 * (s * s3 + s2 / r)
+    return total / nodes, s0, s1, s2 * (1.0 + pull / r), s3, s4, s5
 
 
 @inlined_kernel

@@ -78,14 +78,14 @@ def look(pixels, state, shape, inverse, margins, step, paint, room):
             if uu == 0.0 and (squared >= outer2 or deep2 <= squared <= inner2):
                 continue
             near, far = capsule(qx, qy, ux, uy, uu)
-            if far < deep:
+            if far < deep2:
                 b, g, e = pixels[i, j, 0], pixels[i, j, 1], pixels[i, j, 2]
                 k = 0 if max(b, g, e) < CLIPPED else 1
                 core_sums[k, 0] += 1.0
                 core_sums[k, 1] += light[b]
                 core_sums[k, 2] += light[g]
                 core_sums[k, 3] += light[e]
-            elif inner < near < outer:
+            elif inner2 < near < outer2:
                 b, g, e = light[pixels[i, j, 0]], light[pixels[i, j, 1]], light[pixels[i, j, 2]]
                 s = int(sector_around(qx, qy, r, ux, uy, uu))
                 levels[s, 0] += 1.0
@@ -233,14 +233,14 @@ def ring_noise(levels):
 def gather(pixels, state, shape, inverse, margins, step, paint, room, area):
     """Write the band of pixels around the outline, and the moments of alpha up to the ring.
 
-    `area` gets: sum of alpha, of alpha q, of alpha q q; pixels without background; variances of
-    the sum, of the first moments. Return how many pixels the band has.
+    `area` gets: sum of alpha, of alpha q; pixels without background; variances of the sums. Return
+    how many pixels the band has.
     """
     core, gap, _ = margins
     x, y, r, ux, uy = state[0], state[1], state[2], state[3], state[4]
     uu, band, ball = ux * ux + uy * uy, room.band, room.ball
     area[:] = 0.0
-    count, outer, deep = 0, r + gap, r - core
+    count, outer, outer2, deep2 = 0, r + gap, (r + gap) ** 2, max(r - core, 0.0) ** 2
     is_shaded = ball[5] != 0.0 or ball[6] != 0.0 or ball[7] != 0.0
     is_thinned = r > THINNED_RADIUS or uu > THINNED_HALF_STREAK**2
     half = BAND * math.sqrt(state[5]) + BAND_MARGIN
@@ -251,17 +251,15 @@ def gather(pixels, state, shape, inverse, margins, step, paint, room, area):
             dx, dy = j - x, i - y
             qx = inverse[0, 0] * dx + inverse[0, 1] * dy
             qy = inverse[1, 0] * dx + inverse[1, 1] * dy
-            if uu == 0.0 and qx * qx + qy * qy >= outer * outer:
-                continue
             near, far = capsule(qx, qy, ux, uy, uu)
-            if near >= outer:
+            if near >= outer2:
                 continue
             alpha, variance = 1.0, 0.0
-            if far >= deep:
+            if far >= deep2:
                 sectors = sector_around(qx, qy, r, ux, uy, uu)
                 s0, s1, k0, k1 = sectors_and_shares(room.matte, sectors)
                 if k0 + k1 < LEAST_SHARE:
-                    area[6] += 1.0
+                    area[3] += 1.0
                     continue
                 bright = brightness(ball, qx / r, qy / r) if is_shaded else -math.inf
                 levels = pixels[i, j, 0], pixels[i, j, 1], pixels[i, j, 2]
@@ -273,7 +271,7 @@ def gather(pixels, state, shape, inverse, margins, step, paint, room, area):
                 lost[owner, 1] += under * qx
                 lost[owner, 2] += under * qy
                 is_kept = not is_clipped and ((i + j) % 2 == 0 or not is_thinned)
-                if abs(near - r) < half and count < band.shape[0] and is_kept:
+                if abs(math.sqrt(near) - r) < half and count < band.shape[0] and is_kept:
                     band[count, 0], band[count, 1], band[count, 2] = qx, qy, alpha
                     band[count, 3], band[count, 4] = 1.0 / variance, owner
                     count += 1
@@ -337,12 +335,10 @@ def add_moments(alpha, variance, qx, qy, area):
     area[0] += alpha
     area[1] += alpha * qx
     area[2] += alpha * qy
-    area[3] += alpha * qx * qx
-    area[4] += alpha * qx * qy
-    area[5] += alpha * qy * qy
-    area[7] += variance
-    area[8] += variance * qx * qx
-    area[9] += variance * qy * qy
+    if variance > 0.0:
+        area[4] += variance
+        area[5] += variance * qx * qx
+        area[6] += variance * qy * qy
 
 
 @kernel
@@ -351,9 +347,9 @@ def add_wrong_levels(lost, matte, area):
     for s in range(SECTORS):
         if matte[s, 6] >= FEWEST_IN_SECTOR:
             texture = level_variance(matte, s)
-            area[7] += texture * lost[s, 0] ** 2
-            area[8] += texture * lost[s, 1] ** 2
-            area[9] += texture * lost[s, 2] ** 2
+            area[4] += texture * lost[s, 0] ** 2
+            area[5] += texture * lost[s, 1] ** 2
+            area[6] += texture * lost[s, 2] ** 2
 
 
 @kernel

@@ -44,15 +44,16 @@ class Found(NamedTuple):
 
 
 @kernel
-def measure(pixels, state, shape, paint, found):
+def measure(pixels, state, shape, paint, first, found):
     """Measure one ball; `state` (x, y, r, ux, uy, edge's variance) is the guess and the last frame.
 
-    A scale below 0 in `found` tells that there is nothing to fit.
+    `first` is the first turn: 0, a coarse one, or 1 after a guess as good as what that leads to. A
+    scale below 0 in `found` tells that there is nothing to fit.
     """
     inverse, room = inverted(shape), room_for(pixels, state, shape)
-    edge, covariance, area = np.zeros(PARAMETERS), np.zeros((PARAMETERS, PARAMETERS)), np.zeros(10)
+    edge, covariance, area = np.zeros(PARAMETERS), np.zeros((PARAMETERS, PARAMETERS)), np.zeros(7)
     scale, angle, whole, may_move = -1.0, 0.0, False, True
-    for turn in range(TURNS):
+    for turn in range(first, TURNS):
         sigma = math.sqrt(state[5])
         margins, step = (BAND * sigma + BAND_MARGIN, GAP * sigma + BAND_MARGIN, RING), 1
         if turn == 0:
@@ -62,9 +63,9 @@ def measure(pixels, state, shape, paint, found):
         shade(pixels, state, inverse, margins[0], paint, room.ball)
         mix(paint, room)
         count = gather(pixels, state, shape, inverse, margins, step, paint, room, area)
-        whole = fits(pixels, state, shape, margins[1]) and area[6] < 0.2 * area[0]
+        whole = fits(pixels, state, shape, margins[1]) and area[3] < 0.2 * area[0]
         if turn == 0:
-            if whole and area[0] > 3.0 and math.sqrt(area[7]) < TRUSTED * area[0]:
+            if whole and area[0] > 3.0 and math.sqrt(area[4]) < TRUSTED * area[0]:
                 follow_area(state, shape, area)
             continue
         at_rest = state[3] == 0.0 and state[4] == 0.0
@@ -161,8 +162,8 @@ def report_area(state, shape, area, whole, found):
     n = max(area[0], 1e-6)
     values, spread = np.zeros(3), np.zeros((3, 3))
     values[0], values[1], values[2] = area[1] / n, area[2] / n, math.sqrt(n / math.pi)
-    spread[0, 0], spread[1, 1] = area[8] / (n * n), area[9] / (n * n)
-    spread[2, 2] = area[7] / (2.0 * math.pi * values[2]) ** 2
+    spread[0, 0], spread[1, 1] = area[5] / (n * n), area[6] / (n * n)
+    spread[2, 2] = area[4] / (2.0 * math.pi * values[2]) ** 2
     place(state, shape, values, spread, found.discs[0], found.spreads[0])
     found.about[4] = np.nan
     if whole:

@@ -38,14 +38,13 @@ def fits(pixels, state, shape, gap):
 
 @kernel
 def capsule(qx, qy, ux, uy, uu):
-    """Return distance from the segment -u .. u, and from the farther of its ends."""
+    """Return distances from the segment -u .. u, and from the farther of its ends, squared."""
+    squared = qx * qx + qy * qy
     if uu == 0.0:
-        distance = math.sqrt(qx * qx + qy * qy)
-        return distance, distance
+        return squared, squared
     along = qx * ux + qy * uy
     t = min(max(along / uu, -1.0), 1.0)
-    near = math.hypot(qx - t * ux, qy - t * uy)
-    return near, math.sqrt(qx * qx + qy * qy + 2.0 * abs(along) + uu)
+    return max(squared + t * (t * uu - 2.0 * along), 0.0), squared + 2.0 * abs(along) + uu
 
 
 @kernel

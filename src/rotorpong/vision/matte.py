@@ -61,6 +61,7 @@ MOST_ANGLE_SD = 6.0  # between the ball's colour and what is known of it
 MOST_GROWTH = 2.5  # of the radius, from the guess
 MOST_MOVE = 1.0  # of the centre from the guess, in diameters
 BLURRED_PX = 1.0
+SHARP_PX = 1.0  # sd of a guess that needs no coarse look
 AREA, EDGE = 0, 1  # rows of what is found
 ROUND = np.eye(2)
 
@@ -89,6 +90,7 @@ class Guess:
     diameter_px: float
     streak_px: tuple[float, float] = (0.0, 0.0)  # how far it moves in the exposure, if known
     shape: Float[ndarray, "2 2"] | None = None  # of the outline, determinant 1; None: a circle
+    sd_px: float = math.inf  # of the centre; if it is small, no coarse look comes first
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,7 +212,8 @@ def _measured(
         u = np.linalg.solve(shape, 0.5 * np.array(guess.streak_px))
     state = np.array((x, y, 0.5 * guess.diameter_px, u[0], u[1], FIRST_VARIANCE))
     found = Found(np.zeros((2, 3)), np.zeros((2, 3, 3)), np.zeros(2), np.zeros(8))
-    measure(np.ascontiguousarray(region), state, shape, _paint(colour, gamma), found)
+    first = int(guess.sd_px < SHARP_PX)
+    measure(np.ascontiguousarray(region), state, shape, _paint(colour, gamma), first, found)
     return found if _is_ball(found, colour, (x, y, guess.diameter_px)) else None
 
 
