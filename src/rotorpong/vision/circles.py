@@ -98,9 +98,9 @@ def _smallest(design: Float[ndarray, "n 4"], constraint: Float[ndarray, "4 4"]) 
     """
     moments = design.T @ design / len(design) + 1e-15 * np.eye(4)
     values, vectors = np.linalg.eig(np.linalg.solve(moments, constraint))
-    k = int(np.argmax(values.real))
-    a, b, c, d = vectors[:, k].real
-    if values.real[k] <= 0.0 or abs(a) < 1e-12:
+    k = int(np.argmax(np.real(values)))
+    a, b, c, d = np.real(vectors[:, k])
+    if np.real(values[k]) <= 0.0 or abs(a) < 1e-12:
         return None
     x, y = -b / (2.0 * a), -c / (2.0 * a)
     radius = float(np.sqrt(max(b * b + c * c - 4.0 * a * d, 0.0)) / (2.0 * abs(a)))

@@ -57,7 +57,8 @@ class PaperEyes:
         """
         self._camera = camera
         self._ball_diameter = ball_diameter
-        self._whole_pixels, self._fit = whole_pixels, fit
+        self._whole_pixels = whole_pixels
+        self._fit: CircleFit = fit
         self._previous: _Sight | None = None
 
     def see(self, observation: Observation) -> BallEstimate | None:
