@@ -34,7 +34,7 @@ STOP = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 60, 1e-4)
 FLAGS = cv2.CALIB_CB_ADAPTIVE_THRESH + cv2.CALIB_CB_NORMALIZE_IMAGE
 ADVICE = "expected boards tilted by 20 to 40 degrees in different directions, all over the picture"
 
-Corners = Float32[ndarray, "n 2"]
+Corners = Float32[ndarray, "_ 2"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,8 @@ measured from the mean direction of the balls' pixels, each with its chroma as w
 Limits are the quantiles q and 1 - q of the balls' pixels and a margin for noise, with the q that
 lets most balls in and most surroundings out (recall less share of the surroundings). Then each
 limit opens, step by step, as far as the surroundings allow, for tomorrow's light is another. Balls
-without a hue (white ones) take all hues.
+without a hue (white ones) take all hues; those with one take no pixel of less than half their
+median saturation, for its hue is noise.
 
 The detector's hues do not wrap around red's 0 = 180: limits end there, and balls that are mostly
 on the other side are refused, as are balls that nothing tells from their surroundings.
@@ -32,6 +33,7 @@ STEPS = 6  # in which a limit opens
 MORE_SURROUNDINGS = 0.002  # that opening a limit may let in, share
 LEAST_CONTRAST = 0.5  # recall less share of the surroundings
 LEAST_LENGTH = 0.6  # of the mean direction of hue; below, there is no hue
+PALEST = 0.5  # of the median saturation, where there is a hue
 LEAST_SATURATION = 35.0  # median; below, hue is noise
 LEAST_ON_ONE_SIDE = 0.8  # of the balls' pixels, where hues would wrap
 FEW_BALLS = 0.05  # may be darker or paler than the core
@@ -39,8 +41,8 @@ QUARTER = 0.25  # of a ball's pixels may be below the core, in saturation and in
 HUES = 180.0
 FULL = np.array([HUES, 255.0, 255.0])
 
-Pixels = UInt8[ndarray, "n 3"]  # hue, saturation, value
-Values = Float[ndarray, "n 3"]
+Pixels = UInt8[ndarray, "_ 3"]  # hue, saturation, value
+Values = Float[ndarray, "_ 3"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +58,7 @@ class Learnt:
 
 class _Samples(NamedTuple):
     balls: Values  # hue measured from the mean, -90..90
-    weights: Float[ndarray, "n"]
+    weights: Float[ndarray, "_"]
     surroundings: Values
 
 
@@ -83,8 +85,12 @@ def learn_colour(balls: list[Pixels], surroundings: Pixels, name: str) -> Learnt
     samples = _Samples(
         _from_hue(pixels, center), weights, _from_hue(surroundings.astype(float), center)
     )
-    inner = max((_range(samples, q, center) for q in QUANTILES), key=lambda r: _contrast(samples, r))
+    inner = max(
+        (_range(samples, q, center) for q in QUANTILES), key=lambda r: _contrast(samples, r)
+    )
     opened = _opened(samples, inner, coloured=center is not None)
+    if center is not None:
+        opened.lower[1] = max(opened.lower[1], PALEST * _quantile(pixels[:, 1], 0.5, weights))
     lower, upper = np.floor(opened.lower + shift), np.ceil(opened.upper + shift)
     cut = bool(lower[0] < 0.0 or upper[0] > HUES)
     lower, upper = np.maximum(lower, 0.0), np.minimum(upper, FULL)
@@ -112,7 +118,7 @@ def _require_contrast(recall: float, share: float) -> None:
         )
 
 
-def _mean_hue(pixels: Values, weights: Float[ndarray, "n"]) -> float | None:
+def _mean_hue(pixels: Values, weights: Float[ndarray, "_"]) -> float | None:
     """Return the mean hue, 0 to 180; `None` where there is none."""
     saturation = pixels[:, 1]
     chroma = weights * saturation * pixels[:, 2]
@@ -161,7 +167,7 @@ def _opened(samples: _Samples, inner: _Range, *, coloured: bool) -> _Range:
     return _Range(lower, upper)
 
 
-def _within(pixels: Values, limits: _Range) -> Bool[ndarray, "n"]:
+def _within(pixels: Values, limits: _Range) -> Bool[ndarray, "_"]:
     return np.all((pixels >= limits.lower) & (pixels <= limits.upper), axis=1)
 
 
@@ -178,10 +184,10 @@ def _contrast(samples: _Samples, limits: _Range) -> float:
 
 
 def _core(balls: list[Pixels], lower: Float[ndarray, "3"]) -> Float[ndarray, "3"]:
-    """Return what, of nearly every ball, at least half the pixels keep."""
+    """Return limits half the way up to what, of nearly every ball, half the pixels keep."""
     quarters = np.array([np.quantile(ball[:, 1:], QUARTER, axis=0) for ball in balls])
     nearly_all = np.quantile(quarters, FEW_BALLS, axis=0, method="lower")
-    return np.array([lower[0], *np.floor(nearly_all)])
+    return np.array([lower[0], *np.floor((lower[1:] + nearly_all) / 2.0)])
 
 
 def _typical(samples: _Samples, shift: Float[ndarray, "3"]) -> Float[ndarray, "3"]:
@@ -190,7 +196,7 @@ def _typical(samples: _Samples, shift: Float[ndarray, "3"]) -> Float[ndarray, "3
     return np.round(mean + shift)
 
 
-def _quantile(values: Float[ndarray, "n"], q: float, weights: Float[ndarray, "n"]) -> float:
+def _quantile(values: Float[ndarray, "_"], q: float, weights: Float[ndarray, "_"]) -> float:
     return float(np.quantile(values, q, weights=weights, method="inverted_cdf"))
 
 
