@@ -1,4 +1,4 @@
-"""`rotorpong calibrate`: what it writes is taken by `--camera` and `--colour`; bad input is told."""
+"""`rotorpong calibrate`: what it writes, `--camera` and `--colour` take; bad input is told."""
 
 import json
 import shutil
@@ -25,7 +25,7 @@ def made(tmp_path_factory):
     """Folders of boards and balls, drawn once."""
     folder = tmp_path_factory.mktemp("made")
     write_boards(folder / "boards")
-    write_boards(folder / "parallel", 4, rotations=[(0.0, 0.0, 0.0)] * 4)
+    write_boards(folder / "parallel", 6, rotations=[(0.0, 0.0, 0.0)] * 6)
     write_boards(folder / "two", 2)
     write_boards(folder / "sizes", 1)
     cv2.imwrite(str(folder / "sizes" / "large.png"), np.zeros((720, 1280, 3), np.uint8))
@@ -124,7 +124,7 @@ BAD = {
     "detect ball.png --colour odd.json": "odd.json: unknown typcal; lacks typical; expected name",
     "detect ball.png --colour wide.json": "upper is [75, 256, 255]; expected whole numbers",
     "detect ball.png --colour empty": "colour empty: cannot be read",
-    "detect ball.png --colour ball.png": "colour ball.png: is no JSON",
+    "detect ball.png --colour ball.png": "ball.png: is larger than 65536 bytes; expected",
     "detect ball.png --colour orange,named_orange.json": "2 of them are named 'orange'",
 }
 
@@ -160,7 +160,7 @@ def test_a_calibrated_camera_is_the_one_that_took_the_pictures(there, capfd, nam
 
 
 def test_opencv_reads_the_yaml_too(there, capfd):
-    ask(capfd, *"calibrate camera boards --out own.yaml".split())
+    ask(capfd, *["calibrate", "camera", "boards", "--out", "own.yaml"])
     storage = cv2.FileStorage("own.yaml", cv2.FILE_STORAGE_READ)
     assert storage.getNode("image_width").real() == 640.0
     assert storage.getNode("camera_name").string() == "own"

@@ -7,7 +7,7 @@ import pytest
 from calibration_scenes import PLACES, ROTATIONS, board_picture, corners_of
 
 from rotorpong.conventions import InputError
-from rotorpong.physics.camera import ARDRONE2_360P, GAZEBO, Camera, ideal
+from rotorpong.physics.camera import ARDRONE2_360P, GAZEBO, Camera, directions, ideal, project
 from rotorpong.vision.chessboard import Board, field_of_view_deg, find_corners, fit_lens
 
 BOARD = Board(9, 6, 0.025)
@@ -38,6 +38,10 @@ def test_a_picture_without_a_board_has_no_corners():
 def test_the_lens_that_projected_the_corners_comes_back(camera):
     fit = fit_lens(seen(camera, ROTATIONS), BOARD, BLANK)
     np.testing.assert_allclose(fit.camera.focal_length_px, camera.focal_length_px, rtol=0.005)
+    assert fit.camera.distortion[4] == 0.0  # which both cameras have
+    grid = np.stack(np.meshgrid(np.linspace(0, 639, 9), np.linspace(0, 359, 7)), -1)
+    rays = np.dstack([directions(camera, grid), np.ones(grid.shape[:2])])
+    assert np.abs(project(fit.camera, rays) - grid).max() < 3.0  # px, also where no board was
     assert fit.reprojection_rms_px == pytest.approx(0.1 * np.sqrt(2.0), rel=0.15)
     errors = np.subtract(fit.camera.focal_length_px, camera.focal_length_px)
     assert np.all(np.abs(errors) < 4.0 * np.array(fit.focal_length_sd_px))
@@ -62,7 +66,21 @@ def test_the_rest_of_the_camera_stays_as_it_was():
 @pytest.mark.parametrize("noise", [0.01, 0.1, 0.3])
 def test_parallel_boards_tell_no_focal_length(rotation, noise):
     with pytest.raises(InputError, match="tilted by 20 to 40 degrees"):
-        fit_lens(seen(ARDRONE2_360P, [rotation] * 8, noise=noise), BOARD, BLANK)
+        fit_lens(seen(ARDRONE2_360P, [rotation] * 10, noise=noise), BOARD, BLANK)
+
+
+def test_a_k3_that_the_boards_tell_stays():
+    camera = replace(GAZEBO, distortion=(-0.3, 0.1, 0.0, 0.0, -0.05))
+    places = [(1.6 * x, 1.6 * y, 0.6 * z) for x, y, z in PLACES]
+    fit = fit_lens(seen(camera, ROTATIONS, places, noise=0.005), BOARD, BLANK)
+    assert fit.camera.distortion[4] == pytest.approx(-0.05, abs=0.02)
+    assert fit.distortion_sd[4] > 0.0
+
+
+def test_boards_in_the_middle_only_do_not_tell_the_lens():
+    places = [(0.3 * x, 0.3 * y, 2.0 * z) for x, y, z in PLACES]
+    with pytest.raises(InputError, match="% of the picture's width and"):
+        fit_lens(seen(ARDRONE2_360P, ROTATIONS, places), BOARD, BLANK)
 
 
 def test_corners_of_another_board_leave_too_large_an_error():

@@ -109,7 +109,10 @@ def calibrate_colour(
 
 def _read_boxes(path: Path) -> dict[Path, list[_Box]]:
     """Return the boxes of every picture."""
-    rows = [(i, row) for i, row in enumerate(csv.reader(read_lines(path)), start=1) if any(row)]
+    try:
+        rows = [(i, row) for i, row in enumerate(csv.reader(read_lines(path)), start=1) if any(row)]
+    except csv.Error as error:
+        raise InputError(f"{path}: is no CSV ({error}); expected {','.join(COLUMNS)}") from None
     if not rows:
         raise InputError(f"{path}: is empty; expected the columns {','.join(COLUMNS)}")
     header = [column.strip() for column in rows[0][1]]

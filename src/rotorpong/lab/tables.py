@@ -108,7 +108,8 @@ def camera_table(result: dict[str, Any]) -> Table:
         table.add_row(f"{key.replace('_', ' ')} x, y, px", shown)
     distortion = zip(result["distortion"], result["distortion_sd"], strict=True)
     for name, (value, sd) in zip(("k1", "k2", "p1", "p2", "k3"), distortion, strict=True):
-        table.add_row(f"distortion {name}", f"{value:.5f} ± {sd:.5f}")
+        shown = f"{value:.5f} ± {sd:.5f}" if sd else "0: not told by these boards"
+        table.add_row(f"distortion {name}", shown)
     across, down = result["field_of_view_deg"]
     table.add_row("field of view", f"{across:.1f} x {down:.1f} degrees")
     return table

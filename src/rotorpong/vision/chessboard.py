@@ -5,9 +5,10 @@ fraction of a pixel. Focal lengths, centre, distortion k1 k2 p1 p2 k3 and the bo
 picture are those that least squares of the corners' distances in pixels gives. How surely follows
 from the curvature there: standard deviations come with the numbers.
 
-Boards that are all parallel tell depth and focal length only together. That is refused, as is a
-fit that leaves more than a blurred corner would. A k3 that makes the lens fold back inside the
-picture, where no corner held it, is left out.
+k3 stays only where the boards tell it from 0, for in r^7 it makes much of a little noise where no
+board was. Boards that are all parallel tell depth and focal length only together, and boards in the
+middle do not tell what the lens does at the border: both are refused, as is a fit that leaves more
+than a blurred corner would.
 """
 
 from collections.abc import Sequence
@@ -28,6 +29,9 @@ LEAST_TURN_DEG = 8.0  # between the two boards that differ most; parallel ones t
 MOST_ERROR_PX = 2.0  # rms, of a picture 1000 px wide; a sharp board has 0.1 to 0.5
 MOST_FOCAL_SD = 0.02  # of the focal length
 MOST_CENTER_SD = 0.02  # of the picture's width
+K3_SDS = 3.0  # standard deviations from 0, below which k3 is left out
+LEAST_SPAN = 0.6  # of the picture's width and height, from the first corner to the last
+LONGEST_SEARCHED_PX = 1280  # a larger picture is searched smaller: it would take minutes
 CORNER_WINDOW = 0.35  # of the distance between corners: no other corner is in the window
 LARGEST_WINDOW_PX = 11
 STOP = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 60, 1e-4)
@@ -61,7 +65,7 @@ class LensFit:
     reprojection_rms_px: float
     focal_length_sd_px: tuple[float, float]
     center_sd_px: tuple[float, float]
-    distortion_sd: tuple[float, ...]
+    distortion_sd: tuple[float, ...]  # 0 of a k3 that is left out
 
     @property
     def field_of_view_deg(self) -> tuple[float, float]:
@@ -73,9 +77,16 @@ def find_corners(picture: Picture, board: Board) -> Corners | None:
     """Return where the board's inner corners are in a picture, px; `None` if it shows no board."""
     grey = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
     size = (board.columns, board.rows)
-    found, corners = cv2.findChessboardCorners(grey, size, flags=FLAGS)
+    shrink = max(1.0, max(grey.shape) / LONGEST_SEARCHED_PX)
+    small = (
+        grey
+        if shrink == 1.0
+        else cv2.resize(grey, None, fx=1 / shrink, fy=1 / shrink, interpolation=cv2.INTER_AREA)
+    )
+    found, corners = cv2.findChessboardCorners(small, size, flags=FLAGS)
     if not found:
         return None
+    corners = ((corners + 0.5) * shrink - 0.5).astype(np.float32)
     grid = corners.reshape(board.rows, board.columns, 2)
     apart = min(np.linalg.norm(np.diff(grid, axis=axis), axis=-1).min() for axis in (0, 1))
     window = int(np.clip(CORNER_WINDOW * apart, 1, LARGEST_WINDOW_PX))
@@ -96,10 +107,16 @@ def fit_lens(corners: Sequence[Corners], board: Board, camera: Camera) -> LensFi
     """
     if len(corners) < LEAST_BOARDS:
         raise InputError(f"{len(corners)} boards; expected at least {LEAST_BOARDS}")
+    _require_span(corners, camera)
+    solution = _solve(corners, board, camera, flags=0)
+    if not _is_k3_told(solution.fit):
+        solution = _solve(corners, board, camera, flags=cv2.CALIB_FIX_K3)
+    _require_told(solution)
     try:
-        return _checked(_fit(corners, board, camera, flags=0))
-    except _FoldsBackError:
-        return _checked(_fit(corners, board, camera, flags=cv2.CALIB_FIX_K3))
+        check_camera(solution.fit.camera)
+    except InputError as error:
+        raise InputError(f"the boards tell a lens that is none ({error}); {ADVICE}") from None
+    return solution.fit
 
 
 def field_of_view_deg(camera: Camera) -> tuple[float, float]:
@@ -110,17 +127,13 @@ def field_of_view_deg(camera: Camera) -> tuple[float, float]:
     return float(rays[1, 0] - rays[0, 0]), float(rays[3, 1] - rays[2, 1])
 
 
-class _FoldsBackError(InputError):
-    """The lens cannot be undone inside the picture."""
-
-
 @dataclass(frozen=True, slots=True)
 class _Solution:
     fit: LensFit
     normals: Float[ndarray, "n 3"]  # of the boards, in the camera frame
 
 
-def _fit(corners: Sequence[Corners], board: Board, camera: Camera, *, flags: int) -> _Solution:
+def _solve(corners: Sequence[Corners], board: Board, camera: Camera, *, flags: int) -> _Solution:
     points = [board.points] * len(corners)
     size = (camera.width_px, camera.height_px)
     try:
@@ -146,8 +159,30 @@ def _fit(corners: Sequence[Corners], board: Board, camera: Camera, *, flags: int
     return _Solution(fit, np.array([cv2.Rodrigues(turn)[0][:, 2] for turn in turns]))
 
 
-def _checked(solution: _Solution) -> LensFit:
-    """Return the fit if the boards do tell it and it is a camera's."""
+def _require_span(corners: Sequence[Corners], camera: Camera) -> None:
+    """Refuse boards that leave the rest of the picture, where the lens bends most, to guessing."""
+    span = np.ptp(np.concatenate(corners), axis=0) / (camera.width_px, camera.height_px)
+    if not span.min() >= LEAST_SPAN:
+        raise InputError(
+            f"all boards together span {100 * span[0]:.0f} % of the picture's width and "
+            f"{100 * span[1]:.0f} % of its height, which leaves the lens beyond to guessing; "
+            f"expected at least {100 * LEAST_SPAN:g} %: boards near every border, or nearer"
+        )
+
+
+def _is_k3_told(fit: LensFit) -> bool:
+    """Tell whether k3 differs from 0 and the lens with it can be undone."""
+    if abs(fit.camera.distortion[4]) < K3_SDS * fit.distortion_sd[4]:
+        return False
+    try:
+        check_camera(fit.camera)
+    except InputError:
+        return False
+    return True
+
+
+def _require_told(solution: _Solution) -> None:
+    """Refuse a fit of boards that do not tell the lens."""
     fit, camera = solution.fit, solution.fit.camera
     most = MOST_ERROR_PX * max(camera.width_px / 1000.0, 1.0)
     if not fit.reprojection_rms_px <= most:
@@ -169,11 +204,6 @@ def _checked(solution: _Solution) -> LensFit:
             f"{100 * center:.1f} % of the width only (standard deviations; at most "
             f"{100 * MOST_FOCAL_SD:g} and {100 * MOST_CENTER_SD:g}); {ADVICE}"
         )
-    try:
-        check_camera(camera)
-    except InputError as error:
-        raise _FoldsBackError(f"the boards tell a lens that is none ({error}); {ADVICE}") from None
-    return fit
 
 
 def _largest_turn_deg(normals: Float[ndarray, "n 3"]) -> float:

@@ -67,7 +67,7 @@ def _fields(path: Path) -> dict[str, Any]:
     except OSError as error:
         raise InputError(f"cannot be read ({error.strerror})") from None
     if len(data) > LARGEST_FILE:
-        raise InputError(f"is larger than {LARGEST_FILE} bytes")
+        raise InputError(f"is larger than {LARGEST_FILE} bytes; expected a colour")
     try:
         fields = json.loads(data)
     except (ValueError, RecursionError):  # ValueError: neither JSON nor text
