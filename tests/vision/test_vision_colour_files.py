@@ -3,6 +3,7 @@
 import contextlib
 import json
 import re
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -25,6 +26,15 @@ GREEN = {
 def test_what_is_written_is_read_back(tmp_path, colour):
     (tmp_path / "c.json").write_text(colour_text(colour))
     assert read_colour(tmp_path / "c.json") == colour
+
+
+def test_the_documented_example_is_a_colour(tmp_path):
+    page = (Path(__file__).resolve().parents[2] / "docs" / "colours.md").read_text()
+    (tmp_path / "c.json").write_text(re.search(r"```json\n(.*?)```", page, re.S)[1])
+    colour = read_colour(tmp_path / "c.json")
+    assert colour.name == "green"
+    assert colour_text(colour) in page
+    assert all(f"`{field}`" in page for field in FIELDS)
 
 
 @pytest.mark.parametrize(
