@@ -55,6 +55,16 @@ EXAMPLES = (
         "Find the ball in a picture and locate it with that camera's calibration.",
         "rotorpong detect onboard.png --camera ardrone2_720p --min-score 0.5",
     ),
+    (
+        "Calibrate a camera from pictures of a chessboard; these were drawn by "
+        "`examples/draw_calibration.py`.",
+        "rotorpong calibrate camera calibration/boards --out own.json",
+    ),
+    (
+        "Learn the colour of green balls from boxes around them, and find them.",
+        "rotorpong calibrate colour calibration/balls/boxes.csv --out green.json",
+        "rotorpong detect calibration/balls --colour green.json --camera own.json",
+    ),
     ("Describe the serves as a camera sees them.", "rotorpong serves stats --balls 100"),
     (
         "Turn a measured flight (here a synthetic one: columns `time_s,x_m,y_m,z_m`) into a serve.",
@@ -85,6 +95,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         for name, source in (("onboard.png", "images"), ("flight.csv", "../examples")):
             (Path(folder) / name).symlink_to((DOCS / source / name).resolve())
+        draw = DOCS.parent / "examples" / "draw_calibration.py"
+        subprocess.run([sys.executable, str(draw), "calibration"], cwd=folder, check=True)
         parts = [f"{why}\n\n{shown(commands, folder)}\n" for why, *commands in EXAMPLES]
     (DOCS / "commands.md").write_text("\n".join([HEAD, *parts]))
 

@@ -21,6 +21,7 @@ from tyro.conf import subcommand
 
 from rotorpong import __version__
 from rotorpong.cli.bench import Bench
+from rotorpong.cli.calibrate import Calibrate
 from rotorpong.cli.common import say
 from rotorpong.cli.look import Detect, Doctor, Serves
 from rotorpong.cli.play import Demo, Evaluate, Train
@@ -40,6 +41,7 @@ Command = (
     | Annotated[Train, subcommand("train")]
     | Annotated[Evaluate, subcommand("evaluate")]
     | Annotated[Detect, subcommand("detect")]
+    | Annotated[Calibrate, subcommand("calibrate")]
     | Annotated[Serves, subcommand("serves")]
     | Annotated[Throw, subcommand("throw")]
     | Annotated[Bench, subcommand("bench")]

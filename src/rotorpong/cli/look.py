@@ -23,7 +23,7 @@ class Detect(Common):
     eyes: str = "paper"
     """paper."""
     colour: str = "orange"
-    """orange, white, or both as orange,white."""
+    """orange, white, a FILE.json of `calibrate colour`, or several: orange,FILE.json."""
     ball_diameter_mm: float = 40.0
     """Of the real ball."""
     min_score: float = 0.0

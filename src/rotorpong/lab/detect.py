@@ -7,7 +7,8 @@ from typing import Any
 
 from rotorpong.conventions import BALL_DIAMETER, InputError
 from rotorpong.lab.spec import camera_named, require_choice
-from rotorpong.vision.detect import COLOURS
+from rotorpong.vision.colour_files import read_colour
+from rotorpong.vision.detect import COLOURS, Colour
 from rotorpong.vision.pictures import (
     PictureBalls,
     as_json,
@@ -26,7 +27,7 @@ class Search:
 
     camera: str | None = None  # profile or calibration file that took them; None: no positions
     eyes: str = "paper"
-    colours: tuple[str, ...] = ("orange",)
+    colours: tuple[str, ...] = ("orange",)  # names, or files of `calibrate colour`
     ball_diameter: float = BALL_DIAMETER  # m
     min_score: float = 0.0  # 0 to 1
 
@@ -55,19 +56,39 @@ def detect_all(
             f"ball diameter {1000 * search.ball_diameter:g} mm: expected above 0 and below "
             f"{1000 * LARGEST_BALL:g} mm"
         )
-    for colour in search.colours:
-        require_choice("colour", colour, tuple(COLOURS))
+    colours = _colours(search.colours)
     if out is not None and out.exists() and not out.is_dir():
         raise InputError(f"out {str(out)!r} is a file: expected a folder for annotated pictures")
     hush_codecs()
     found = detect_pictures(
         paths,
         camera=None if search.camera is None else camera_named(search.camera),
-        colours=tuple(dict.fromkeys(search.colours)),  # twice asked is once found
+        colours=colours,
         ball_diameter=search.ball_diameter,
         min_score=search.min_score,
     )
     return as_json(_kept(found, out, progress))
+
+
+def _colours(given: Sequence[str]) -> tuple[Colour, ...]:
+    """Return the colours of names and files; what is asked for twice is looked for once."""
+    colours = tuple(dict.fromkeys(map(_colour, given)))
+    names = [colour.name for colour in colours]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(
+                f"colours {','.join(given)}: {names.count(name)} of them are named {name!r}; "
+                "expected names that differ (see the field `name` in the file)"
+            )
+    return colours
+
+
+def _colour(given: str) -> Colour:
+    if given in COLOURS:
+        return COLOURS[given]
+    if not (given and Path(given).exists()):
+        require_choice("colour", given, tuple(COLOURS), "or a file of `calibrate colour`")
+    return read_colour(given)
 
 
 def _kept(

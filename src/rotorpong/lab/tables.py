@@ -95,6 +95,41 @@ def stats_table(result: dict[str, Any]) -> Table:
     return table
 
 
+def camera_table(result: dict[str, Any]) -> Table:
+    """Show what `calibrate camera` found."""
+    table = _two_columns(f"camera {result['name']} in {result['out']}")
+    table.add_row("picture, px", f"{result['width_px']} x {result['height_px']}")
+    for what in ("used", "without_board", "unreadable"):
+        table.add_row(f"pictures {what.replace('_', ' ')}", str(len(result[f"pictures_{what}"])))
+    table.add_row("reprojection error, px (rms)", f"{result['reprojection_rms_px']:.3f}")
+    for key in ("focal_length", "center"):
+        pairs = zip(result[f"{key}_px"], result[f"{key}_sd_px"], strict=True)
+        shown = ", ".join(f"{value:.2f} ± {sd:.2f}" for value, sd in pairs)
+        table.add_row(f"{key.replace('_', ' ')} x, y, px", shown)
+    distortion = zip(result["distortion"], result["distortion_sd"], strict=True)
+    for name, (value, sd) in zip(("k1", "k2", "p1", "p2", "k3"), distortion, strict=True):
+        shown = f"{value:.5f} ± {sd:.5f}" if sd else "0: not told by these boards"
+        table.add_row(f"distortion {name}", shown)
+    across, down = result["field_of_view_deg"]
+    table.add_row("field of view", f"{across:.1f} x {down:.1f} degrees")
+    return table
+
+
+def colour_table(result: dict[str, Any]) -> Table:
+    """Show what `calibrate colour` learnt."""
+    table = _two_columns(f"colour {result['name']} in {result['out']}")
+    for key in ("lower", "upper", "core", "typical"):
+        table.add_row(f"{key}: hue, saturation, value", ", ".join(map(str, result[key])))
+    if result["hue_cut"]:
+        table.add_row("hues", "would wrap around 0, and end there")
+    table.add_row("balls in pictures", f"{result['balls']} in {result['pictures']}")
+    table.add_row("balls found with it", f"{result['balls_found']} of {result['balls']}")
+    table.add_row("recall of the balls' pixels", percent(result["recall"]))
+    taken, of = result["background_pixels_taken"], result["background_pixels"]
+    table.add_row("background pixels taken", f"{taken} of {of} ({percent(taken / of)})")
+    return table
+
+
 def findings_table(result: dict[str, Any]) -> Table:
     """Show what `doctor` found."""
     table = _two_columns("rotorpong doctor")

@@ -53,12 +53,33 @@ def read_camera(path: str | Path) -> Camera:
     try:
         fields = _fields(_text(path))
         camera = _camera(fields, path.stem)
-        _check(camera)
+        check_camera(camera)
     except InputError as error:
         raise InputError(f"calibration {path}: {error}") from None
     except RecursionError:
         raise InputError(f"calibration {path}: is nested too deeply") from None
     return camera
+
+
+def check_camera(camera: Camera) -> None:
+    """Refuse what no calibration of a camera on a drone is.
+
+    Raises:
+        InputError: focal length, centre, lens, or what it says of the sensor cannot be.
+    """
+    least, most = (limit * camera.width_px for limit in FOCAL_LENGTHS)
+    if not all(least <= focal <= most for focal in camera.focal_length_px):
+        raise InputError(
+            f"focal lengths {camera.focal_length_px} px for a picture {camera.width_px} px wide; "
+            f"expected {least:g} to {most:g} (pixels, not millimetres)"
+        )
+    x, y = camera.center_px
+    if not (0 <= x <= camera.width_px and 0 <= y <= camera.height_px):
+        raise InputError(
+            f"centre ({x:g}, {y:g}) lies outside the picture of "
+            f"{camera.width_px} x {camera.height_px} pixels: calibrated at another size?"
+        )
+    _check_sensor(camera)
 
 
 def _text(path: Path) -> str:
@@ -251,22 +272,6 @@ def _distortion(numbers: list[float]) -> tuple[float, float, float, float, float
         )
     k1, k2, p1, p2, k3 = (*numbers, 0.0)[:5]
     return k1, k2, p1, p2, k3
-
-
-def _check(camera: Camera) -> None:
-    least, most = (limit * camera.width_px for limit in FOCAL_LENGTHS)
-    if not all(least <= focal <= most for focal in camera.focal_length_px):
-        raise InputError(
-            f"focal lengths {camera.focal_length_px} px for a picture {camera.width_px} px wide; "
-            f"expected {least:g} to {most:g} (pixels, not millimetres)"
-        )
-    x, y = camera.center_px
-    if not (0 <= x <= camera.width_px and 0 <= y <= camera.height_px):
-        raise InputError(
-            f"centre ({x:g}, {y:g}) lies outside the picture of "
-            f"{camera.width_px} x {camera.height_px} pixels: calibrated at another size?"
-        )
-    _check_sensor(camera)
 
 
 def _check_sensor(camera: Camera) -> None:

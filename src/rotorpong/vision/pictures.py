@@ -119,6 +119,24 @@ def read_pictures(paths: Sequence[str | Path]) -> Iterator[tuple[Path, int, Pict
             raise InputError(f"{path}: no such file or folder")
 
 
+def read_picture(path: Path) -> Picture:
+    """Return a picture file as 8-bit BGR: OpenCV widens grey, narrows 16 bits, drops alpha.
+
+    Raises:
+        InputError: it cannot be read, or is no picture.
+    """
+    try:
+        data = np.frombuffer(path.read_bytes(), dtype=np.uint8)
+        picture = cv2.imdecode(data, cv2.IMREAD_COLOR) if data.size else None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    except cv2.error:
+        picture = None
+    if picture is None:
+        raise InputError(f"{path}: not a picture that OpenCV can decode, or damaged")
+    return picture
+
+
 def annotate(picture: Picture, balls: Sequence[LocatedBall | Detection]) -> Picture:
     """Return a copy of a picture with each ball circled and labelled by colour and score."""
     marked = picture.copy()
@@ -190,21 +208,7 @@ def _read_file(path: Path) -> Iterator[tuple[Path, int, Picture]]:
     if path.suffix.lower() in VIDEO_SUFFIXES:
         yield from _read_video(path)
     else:
-        yield path, 0, _read_picture(path)
-
-
-def _read_picture(path: Path) -> Picture:
-    """Return a picture file as 8-bit BGR: OpenCV widens grey, narrows 16 bits, drops alpha."""
-    try:
-        data = np.frombuffer(path.read_bytes(), dtype=np.uint8)
-        picture = cv2.imdecode(data, cv2.IMREAD_COLOR) if data.size else None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
-    except cv2.error:
-        picture = None
-    if picture is None:
-        raise InputError(f"{path}: not a picture that OpenCV can decode, or damaged")
-    return picture
+        yield path, 0, read_picture(path)
 
 
 def _read_video(path: Path) -> Iterator[tuple[Path, int, Picture]]:
