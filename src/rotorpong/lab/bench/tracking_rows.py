@@ -79,9 +79,11 @@ def _tracked(stage: Stage, index: int) -> Watched:
     drone = new_drone(stage, index)
     eyes = tracker_eyes(drone.camera, stage.spec.vehicle_name, stage.spec.serves)
     error, nees, crossing, begin = None, np.nan, None, 0.0
+    levels: list[float] = []  # of the track that lasted longest
     while (seen := drone.observe()) is not None:
         estimate = eyes.see(seen)
         drone.command(HOVER)
+        levels = max(levels, eyes.nis, key=len)
         if error is None and estimate is not None:
             position, velocity = drone.ball_in_camera(estimate.time)
             if position[2] < PLANE:
@@ -96,7 +98,6 @@ def _tracked(stage: Stage, index: int) -> Watched:
         there = truth.ball_path[tick] - truth.body_path[tick]
         miss = float(np.linalg.norm((crossing.position - seen_from - there)[1:]))
         ahead = 1e-3 * tick - begin
-    levels = eyes.nis
     mean = float(np.mean(levels)) if levels else np.nan
     return Watched(error, nees, ahead, miss, mean, len(levels))
 
