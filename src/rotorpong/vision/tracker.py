@@ -55,8 +55,8 @@ LEAST_SCORE = 0.05
 MOST_CANDIDATES = 4  # of a frame, measured
 SENSOR_FACTOR, SENSOR_SD_PX = 2.0, 0.04
 """What a disc's covariance leaves out where the sensor is no ideal one: edges behind the ball,
-noise that hangs together, the shutter. Chosen by NIS and NEES of `bench eyes` (1.03 and 1.07 of what
-they should be over 30 serves at 720p; 1.45 and 4.5 without)."""
+noise that hangs together, the shutter. Chosen by NIS and NEES of `bench eyes` (1.03 and 1.07 of
+what they should be over 30 serves at 720p; 1.45 and 4.5 without)."""
 NEAREST = 0.15  # m
 
 
