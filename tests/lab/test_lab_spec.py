@@ -51,7 +51,7 @@ def test_vehicle_and_camera_are_names_or_objects():
         ("player", "", "unknown player ''"),
         ("player", "own.py", "unknown player 'own.py'"),
         ("player", "gone.py:Own", "no file 'gone.py'; expected FILE.py:CLASS"),
-        ("eyes", "tracker", "unknown eyes 'tracker': expected one of truth, paper"),
+        ("eyes", "radar", "unknown eyes 'radar': expected one of truth, paper, tracker"),
         ("vehicle", "crazyflie", "unknown vehicle 'crazyflie': expected one of tum_gazebo"),
         ("camera", "nikon", "camera 'nikon': expected one of gazebo, ardrone2_360p"),
         ("camera", "", "camera '': expected one of gazebo"),
