@@ -100,12 +100,12 @@ def _pixels(*, quick: bool) -> Growth:
 
 
 def _workers(*, quick: bool) -> Growth:
-    sizes, balls = (1, 2), 20 if quick else 200
+    sizes, balls = (1, 2), 20 if quick else 2000
     seconds = tuple(
         wall_seconds(lambda count=count: evaluate(Spec("hover"), balls, workers=count), quick=True)
         for count in sizes
     )
-    label = f"worker processes for {balls} serves at a hovering drone, their start included"
+    label = f"worker processes for {balls} serves, their start included"
     return Growth("workers", label, "wall time, s", sizes, seconds)
 
 
