@@ -17,6 +17,7 @@ from rotorpong.vision.flight_filter import (
     Prior,
 )
 from rotorpong.vision.tracker import TrackerEyes
+from rotorpong.world.racket import HOME_BODY
 
 PRIORS: Mapping[str, Prior] = {
     "human": HUMAN_PRIOR,
@@ -39,4 +40,4 @@ def tracker_eyes(camera: Camera, vehicle: str, serves: str) -> TrackerEyes:
     """
     attitude = ATTITUDES.get(vehicle, ARDRONE2_ATTITUDE)
     prior = PRIORS.get(serves, MEASURED_PRIOR)
-    return TrackerEyes(camera, prior=replace(prior, attitude=attitude))
+    return TrackerEyes(camera, home=HOME_BODY, prior=replace(prior, attitude=attitude))

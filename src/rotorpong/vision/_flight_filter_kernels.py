@@ -7,6 +7,7 @@ import numpy as np
 from rotorpong.conventions import BALL_RADIUS, TABLE_HALF_LENGTH, TABLE_HALF_WIDTH
 from rotorpong.kernels import kernel
 from rotorpong.physics._ball_kernels import bounce, step
+from rotorpong.physics._flight_fit_kernels import fall_fraction
 from rotorpong.physics.ball import Air, Surface
 
 SIZE = 16  # of the state; its parts begin at
@@ -20,26 +21,6 @@ BACK = 1e-9  # m above the table where a ball is put that bounced
 
 
 @kernel
-def landing_share(state, dt, air, height, probe):
-    """Return where in a step the centre comes down to `height`: false position with bisection."""
-    a, b, fa = 0.0, 1.0, state[2] - height
-    step(state, dt, air, probe)
-    fb = probe[2] - height
-    c = 1.0
-    for k in range(ROOT_STEPS):
-        c = b - fb * (b - a) / (fb - fa) if k % 3 < 2 else 0.5 * (a + b)
-        step(state, c * dt, air, probe)
-        fc = probe[2] - height
-        if abs(fc) < ROOT_TOLERANCE:
-            break
-        if fc > 0.0:
-            a, fa = c, fc
-        else:
-            b, fb = c, fc
-    return c
-
-
-@kernel
 def advance(inputs, dt, air, work):
     """Fly the state in work[0] on by dt over the table; return how often it bounced."""
     state, after = work[0], work[1]
@@ -49,7 +30,7 @@ def advance(inputs, dt, air, work):
         step(state, rest, air, after)
         if state[2] < height or after[2] >= height:
             break
-        share = landing_share(state, rest, air, height, after)
+        share = fall_fraction(state, rest, air, height, after)
         step(state, share * rest, air, after)
         if abs(after[0]) > TABLE_HALF_LENGTH or abs(after[1]) > TABLE_HALF_WIDTH:
             step(state, rest, air, after)

@@ -44,7 +44,6 @@ from rotorpong.vision.matte import BALL_COLOURS, Guess, measure_ball, region_aro
 from rotorpong.vision.own_motion import OwnMotion, Reading
 from rotorpong.vision.sphere import SpherePositions, outline_shape, sphere_of_disc
 
-HOME = (-1.90, 0.0, 0.19)  # m, where the body hovers at the release, table frame
 MOST_TRACKS = 4
 GATE = 16.3  # chi-square of 3 degrees, 99.9 %
 RENEWALS = (2, 3, 4, 5, 7, 10, 14, 20, 28)  # sights, at which all of them are fitted at once
@@ -85,21 +84,21 @@ class TrackerEyes:
         self,
         camera: Camera,
         *,
+        home: Sequence[float],
         prior: Prior = HUMAN_PRIOR,
-        home: tuple[float, float, float] = HOME,
         colours: Sequence[str] = ("orange",),
     ) -> None:
         """Look through `camera`.
 
         Args:
             camera: whose frames these are.
+            home: where the body hovers at the release, m, origin in the middle of the table.
             prior: what is known of serve, air, table and attitude.
-            home: where the body is at the start, m, origin in the middle of the table.
             colours: of balls.
         """
         self._camera, self._prior = camera, prior
         self._colours = tuple(colours)
-        self._motion = OwnMotion(np.array(home))
+        self._motion = OwnMotion(np.array(home, dtype=float))
         self._axes = camera_from_body(camera)
         self._ground = ground(prior, 0.0)
         self._tracks: list[_Track] = []
@@ -117,10 +116,9 @@ class TrackerEyes:
                 f"has {self._camera.width_px} x {self._camera.height_px}"
             )
         self._level(self._motion.add(observation.navdata))
-        if self._tracks:
-            for track in self._tracks:
-                self._follow(track, frame, time)
-            self._tracks = [track for track in self._tracks if not track.is_lost]
+        for track in self._tracks:
+            self._follow(track, frame, time)
+        self._tracks = [track for track in self._tracks if not track.is_lost]
         if self.is_searching:
             self._search(frame, time)
         best = self._best
@@ -170,13 +168,13 @@ class TrackerEyes:
         flown = predict(track.belief, time, self._prior)
         box = self._box(flown)
         found = [] if box is None else self._sights(frame, time, box)
-        tried = [self._taken(track.belief, sight) for sight in found]
-        best = min(tried, key=lambda one: one[1], default=(flown, math.inf))
-        if best[1] < GATE:
-            nearest = min(range(len(tried)), key=lambda k: tried[k][1])
-            track.belief, track.missed = best[0], 0
-            track.sights.append(found[nearest])
-            track.nis.append(best[1])
+        tried = [(sight, *self._taken(track.belief, sight)) for sight in found]
+        best = min(tried, key=lambda one: one[2], default=None)
+        if best is not None and best[2] < GATE:
+            sight, track.belief, nis = best
+            track.missed = 0
+            track.sights.append(sight)
+            track.nis.append(nis)
             if len(track.sights) in RENEWALS:
                 track.belief = begin(self._ground, track.sights, self._prior)
         else:
@@ -266,7 +264,7 @@ class TrackerEyes:
     def _view(self, belief: Belief) -> tuple[Vector3, Float[ndarray, "3 3"]]:
         """Return place of the camera and rotation to it from the table frame, tilt included."""
         body, turned = self._motion.pose(belief.time)
-        x, y, z = belief.mean[11:14]
+        x, y, z = belief.tilt
         tilt = np.array([[1.0, z, -y], [-z, 1.0, x], [y, -x, 1.0]])
         eye = body + turned @ np.array(self._camera.position_m)
         return eye, self._axes @ turned.T @ tilt
@@ -281,9 +279,8 @@ class TrackerEyes:
         spread = rotation @ belief.covariance[:3, :3] @ rotation.T
         focal = self._camera.focal_length_px[0]
         radius = focal * BALL_RADIUS / ball[2]
-        sd = focal / ball[2] * np.sqrt(np.diag(spread)[:2]) + focal * np.sqrt(
-            np.diag(belief.covariance)[[12, 11]]
-        )
+        roll, pitch, _ = belief.tilt_sd
+        sd = focal / ball[2] * np.sqrt(np.diag(spread)[:2]) + focal * np.array([pitch, roll])
         half = BOX_SIGMAS * sd + 2.0 * radius + BOX_MARGIN_PX
         if not np.all(np.isfinite([*pixel, *half])):
             return None
