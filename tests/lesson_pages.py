@@ -1,0 +1,36 @@
+"""Lessons: their pages, and what their scripts print by the product's own constants."""
+
+import functools
+import importlib.util
+import re
+import tempfile
+from pathlib import Path
+
+FOLDER = Path(__file__).resolve().parents[1] / "docs" / "lessons"
+LESSONS = sorted(FOLDER.glob("*.md"))
+NUMBER = r"(-?[0-9.]+)"
+
+
+def page(lesson):
+    """Return the text of a lesson, by its name."""
+    return (FOLDER / f"{lesson}.md").read_text()
+
+
+@functools.cache
+def printed(lesson):
+    """Return all that a lesson's script prints; the figures it draws are thrown away."""
+    spec = importlib.util.spec_from_file_location(lesson, FOLDER / f"{lesson}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    said = []
+    module.print = said.append
+    with tempfile.TemporaryDirectory() as figures:
+        module.IMAGES = Path(figures)
+        module.main()
+    return "\n".join(said)
+
+
+def says(lesson, line, words):
+    """Tell whether a page says in these words the numbers of a line that its script prints."""
+    numbers = map(float, re.search(line, printed(lesson)).groups())
+    return words.format(*numbers) in page(lesson)
