@@ -6,6 +6,7 @@ Writes six PNGs to `docs/images/lessons/` and prints every number that the page 
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -115,20 +116,14 @@ def shoot(
     return Shot(box, np.array([x - half, y - half]), place, disc)
 
 
-def outline(shot: Shot) -> np.ndarray | None:
-    """Return the outline of the likeliest ball, in pixels of the box; `None` if none is seen."""
-    blobs = find_blobs(shot.box)
-    return blobs[0].contour if blobs else None
-
-
 def measured(
     camera: Camera, shot: Shot, rows_px_s: float = 0.0
 ) -> tuple[BallDisc | None, BallDisc | None]:
     """Return the ball by area and by edge, from the guess that the outline gives."""
-    contour = outline(shot)
-    if contour is None:
+    blobs = find_blobs(shot.box)
+    if not blobs:
         return None, None
-    circle = fit_circle(contour)
+    circle = fit_circle(blobs[0].contour)
     center = np.array([circle.x_px, circle.y_px]) + shot.corner
     shape = outline_shape(camera, center)
     if rows_px_s != 0.0:
@@ -145,6 +140,14 @@ def depth(camera: Camera, disc: BallDisc) -> tuple[float, float]:
         camera, np.array([disc.x_px, disc.y_px, disc.radius_px]), disc.covariance
     )
     return float(found.position[2]), math.sqrt(found.covariance[2, 2])
+
+
+def depth_by_circle(camera: Camera, shot: Shot) -> float:
+    """Return Z by the outline's circle, its bias and the ellipse allowed for, m."""
+    circle = fit_circle(find_blobs(shot.box)[0].contour)
+    center = np.array([circle.x_px, circle.y_px]) + shot.corner
+    diameter = np.array(circle.diameter_px + OUTLINE_BIAS_PX)
+    return float(ball_position(camera, center, diameter, eq1=False)[2])
 
 
 def somewhere(rng: np.random.Generator, away: float) -> np.ndarray:
@@ -246,9 +249,9 @@ def _outline_bias(camera: Camera, away: float) -> tuple[float, float]:
     rng, missing = np.random.default_rng(1), []
     for k in range(COUNT):
         shot = shoot(camera, somewhere(rng, away), Scene(), k)
-        contour = outline(shot)
-        if contour is not None:
-            missing.append(0.5 * fit_circle(contour).diameter_px - shot.disc[2])
+        blobs = find_blobs(shot.box)
+        if blobs:
+            missing.append(0.5 * fit_circle(blobs[0].contour).diameter_px - shot.disc[2])
     return float(np.mean(missing)), float(np.std(missing))
 
 
@@ -326,7 +329,7 @@ def pixels_bound(figure: Figure) -> None:
     """Depth errors against the Cramer-Rao bound, and how sure a measurement should be."""
     graph, trust = figure.subplots(1, 2, width_ratios=[1.2, 1])
     away = np.array([1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0])
-    errors = {z: _errors(LINEAR, z, EVEN) for z in away}
+    errors = {z: _errors(LINEAR, EVEN, float(z)) for z in away}
     lines = (("outline's circle", "circle", ORANGE), ("area of the matte", "area", GREEN))
     for name, key, colour in (*lines, ("edge of the matte", "edge", BLUE)):
         spread = [100 * np.std(errors[z][key]) for z in away]
@@ -359,27 +362,27 @@ def depth_bound(away: np.ndarray | float) -> np.ndarray | float:
     return away / radius * np.sqrt(blur / (math.sqrt(math.pi) * radius)) / contrast
 
 
-def _errors(camera: Camera, away: float, scene: Scene, count: int = COUNT) -> dict[str, np.ndarray]:
-    """Return errors of the depth by circle, area and edge, m, and the edge's own sd."""
+def _errors(
+    camera: Camera, scene: Scene, away: float, *, count: int = COUNT, speed: float = 0.0
+) -> dict[str, np.ndarray]:
+    """Return errors of the depth, m, by circle, area and edge, and the edge's own sd.
+
+    The balls cross the picture at `speed`, m/s, in any direction.
+    """
     rng, rows = np.random.default_rng(2), []
     for k in range(count):
-        shot = shoot(camera, somewhere(rng, away), scene, k)
+        place, turn = somewhere(rng, away), rng.uniform(0.0, 2 * np.pi)
+        shot = shoot(camera, place, scene, k, speed * np.array([np.cos(turn), np.sin(turn), 0.0]))
         area, edge = measured(camera, shot)
-        contour = outline(shot)
-        if area is None or edge is None or contour is None:
-            continue
-        circle = fit_circle(contour)
-        center = np.array([circle.x_px, circle.y_px]) + shot.corner
-        by_circle = ball_position(
-            camera, center, np.array(circle.diameter_px + OUTLINE_BIAS_PX), eq1=False
-        )
-        by_edge, sd = depth(camera, edge)
-        rows.append((by_circle[2] - away, depth(camera, area)[0] - away, by_edge - away, sd))
+        if area is not None and edge is not None:
+            by_edge, sd = depth(camera, edge)
+            found = depth_by_circle(camera, shot), depth(camera, area)[0], by_edge
+            rows.append((*(one - away for one in found), sd))
     return dict(zip(("circle", "area", "edge", "sd"), np.array(rows).T, strict=True))
 
 
 def _trust(axes: Axes) -> None:
-    hall = _errors(LINEAR, 2.5, Scene(), 200)
+    hall = _errors(LINEAR, Scene(), 2.5, count=200)
     ratios = np.linspace(0.0, 8.0, 200)
     gauss = [math.erf(ratio / math.sqrt(2.0)) for ratio in ratios]
     axes.plot(ratios, gauss, color="black", linewidth=1, label="as a sd should be")
@@ -455,36 +458,19 @@ def pixels_motion(figure: Figure) -> None:
     open_shutter = replace(LINEAR, exposure_s=1.0 / 60.0)
     speeds = np.array([0.0, 0.5, 1.0, 1.5, 2.0, 3.0])
     streaks = speeds * LINEAR.focal_length_px[0] / 60.0 / 2.5
-    rows = [_blurred(open_shutter, speed) for speed in speeds]
-    lines = (("outline's circle", ORANGE), ("area of the matte", GREEN), ("edge", BLUE))
-    for k, (name, colour) in enumerate(lines):
-        blur.semilogy(streaks, [row[k] for row in rows], "o-", color=colour, label=name)
-        print(f"{name}: {rows[-1][k]:.1f} cm at {streaks[-1]:.0f} px of blur, 3 m/s, 1/60 s")
+    errors = [_errors(open_shutter, EVEN, 2.5, speed=float(speed)) for speed in speeds]
+    lines = (("outline's circle", "circle", ORANGE), ("area of the matte", "area", GREEN))
+    for name, key, colour in (*lines, ("edge of the matte", "edge", BLUE)):
+        medians = [100 * float(np.median(np.abs(error[key]))) for error in errors]
+        blur.semilogy(streaks, medians, "o-", color=colour, label=name)
+        print(f"{key}: {medians[0]:.1f} cm at rest, {medians[-1]:.1f} cm at {streaks[-1]:.0f} px")
+    print(f"measured at {streaks[-1]:.0f} px: {len(errors[-1]['edge'])} of {COUNT} balls")
     blur.set(
-        xlabel="smear in the exposure, px", ylabel="error of the depth, rms, cm", ylim=(0.1, 40)
+        xlabel="smear in the exposure, px", ylabel="error of the depth, median, cm", ylim=(0.1, 40)
     )
     blur.yaxis.set_major_formatter("{x:g}")
     blur.legend(fontsize=8, loc="center right")
     _rolls(rolling, replace(LINEAR, readout_s=0.030))
-
-
-def _blurred(camera: Camera, speed: float) -> tuple[float, float, float]:
-    """Return rms errors of the depth at 2.5 m by circle, area and edge, cm."""
-    rng, rows = np.random.default_rng(3), []
-    for k in range(COUNT):
-        place, turn = somewhere(rng, 2.5), rng.uniform(0.0, 2 * np.pi)
-        velocity = speed * np.array([math.cos(turn), math.sin(turn), 0.0])
-        shot = shoot(camera, place, EVEN, k, velocity)
-        area, edge = measured(camera, shot)
-        contour = outline(shot)
-        if area is None or edge is None or contour is None:
-            continue
-        circle = fit_circle(contour)
-        center = np.array([circle.x_px, circle.y_px]) + shot.corner
-        diameter = np.array(circle.diameter_px + OUTLINE_BIAS_PX)
-        by_circle = float(ball_position(camera, center, diameter, eq1=False)[2])
-        rows.append([d - 2.5 for d in (by_circle, depth(camera, area)[0], depth(camera, edge)[0])])
-    return tuple(100 * np.sqrt(np.mean(np.square(rows), axis=0)))
 
 
 def _rolls(axes: Axes, camera: Camera) -> None:
@@ -498,6 +484,8 @@ def _rolls(axes: Axes, camera: Camera) -> None:
             place = somewhere(np.random.default_rng(k), 2.5)
             shot = shoot(camera, place, EVEN, k, np.array([0.0, speed, 0.0]))
             area, _ = measured(camera, shot, rows_px_s)
+            if area is None:
+                continue
             as_seen.append((area.radius_px / shot.disc[2]) ** 2)
             right.append((without_rolling(area, rows_px_s, row).radius_px / shot.disc[2]) ** 2)
         raw.append(float(np.mean(as_seen)))
@@ -522,7 +510,7 @@ def _show(axes: Axes, picture: np.ndarray, corner: tuple[int, int]) -> None:
     axes.set(xlabel="x, px", ylabel="y, px")
 
 
-def _ring(axes: Axes, x: float, y: float, radius: float, **style: str) -> None:
+def _ring(axes: Axes, x: float, y: float, radius: float, **style: Any) -> None:
     turn = np.linspace(0.0, 2 * np.pi, 100)
     axes.plot(x + radius * np.cos(turn), y + radius * np.sin(turn), **style)
 
