@@ -1,6 +1,5 @@
 """Lessons: their pages, and what their scripts print by the product's own constants."""
 
-import functools
 import importlib.util
 import re
 import tempfile
@@ -16,7 +15,6 @@ def page(lesson):
     return (FOLDER / f"{lesson}.md").read_text()
 
 
-@functools.cache
 def printed(lesson):
     """Return all that a lesson's script prints; the figures it draws are thrown away."""
     spec = importlib.util.spec_from_file_location(lesson, FOLDER / f"{lesson}.py")
@@ -30,7 +28,6 @@ def printed(lesson):
     return "\n".join(said)
 
 
-def says(lesson, line, words):
-    """Tell whether a page says in these words the numbers of a line that its script prints."""
-    numbers = map(float, re.search(line, printed(lesson)).groups())
-    return words.format(*numbers) in page(lesson)
+def in_words(said, line, words):
+    """Return these words with the numbers of the line that a script said."""
+    return words.format(*map(float, re.search(line, said).groups()))

@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from lesson_pages import NUMBER, page, printed, says
+from lesson_pages import NUMBER, in_words, page, printed
 
 from rotorpong.physics.ball import TABLE_SURFACE, Air
 
@@ -31,16 +31,21 @@ SAME = (  # a line that the lesson's script prints, and what the page makes of i
 )
 
 
+@pytest.fixture(scope="module")
+def said():
+    return printed(LESSON)
+
+
 @pytest.mark.parametrize(("line", "words"), SAME, ids=[words for _, words in SAME])
-def test_the_page_says_the_numbers_that_the_script_prints(line, words):
-    assert says(LESSON, line, words)
+def test_the_page_says_the_numbers_that_the_script_prints(said, line, words):
+    assert in_words(said, line, words) in page(LESSON)
 
 
-def test_what_the_page_says_of_spin_is_what_the_script_prints():
-    heights = dict(re.findall(rf"(drag.*): after 0.5 s .* z {NUMBER} m", printed(LESSON)))
+def test_what_the_page_says_of_spin_is_what_the_script_prints(said):
+    heights = dict(re.findall(rf"(drag.*): after 0.5 s .* z {NUMBER} m", said))
     lost = float(heights["drag"]) - float(heights["drag and topspin, 100 rad/s"])
     assert f"takes another {100 * lost:.0f} cm of\nheight" in page(LESSON)
-    wrong = re.search(rf"speed error {NUMBER} cm/s", printed(LESSON))[1]
+    wrong = re.search(rf"speed error {NUMBER} cm/s", said)[1]
     assert f"\n{float(wrong) / 100:.2f} m/s\n" in page(LESSON)
 
 

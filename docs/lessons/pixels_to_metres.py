@@ -48,7 +48,7 @@ SURFACES = (
 EVEN = replace(
     Scene(opponent=False, ball_shadow=0.0, texture_contrast=0.0), **dict.fromkeys(SURFACES, WALL)
 )
-COUNT, ARCS = 60, 500  # balls and arcs per mean
+COUNT, ARCS = 60, 300  # balls and arcs per mean
 ROOM_PX = 14  # around a ball, of a box
 CORE_PX, GAP_PX, RING_PX = 2.2, 2.5, 3.0  # 2.5, 3 sd of the edge; as in `vision.matte`
 SHADING = 0.35  # relative sd of the ball's brightness
@@ -107,7 +107,7 @@ def shoot(
     half = int(disc[2] + 0.5 * smear) + ROOM_PX
     x, y = round(disc[0]), round(disc[1])
     times = INSTANT * (np.arange(25) - 12)
-    since = times - float(row_time(camera, 0.0, disc[1]))
+    since = times - float(row_time(camera, 0.0, np.array(disc[1])))
     balls = EYE + (place + since[:, None] * speed) @ AXES.T
     eyes, axes = np.tile(EYE, (25, 1)), np.tile(AXES, (25, 1, 1))
     motion = Motion(float(times[0]), INSTANT, eyes, axes, balls)
@@ -261,21 +261,25 @@ def pixels_matte(figure: Figure) -> None:
     shot = shoot(SHARP, (BEFORE_AN_EDGE - EYE) @ AXES, Scene(), 1)
     x, y, radius = shot.disc - [*shot.corner, 0.0]
     _show(axes[0], shot.box, (0, 0))
-    axes[0].set_title(f"the picture, true r {radius:.2f} px", fontsize=9)
+    axes[0].set_title(f"true radius {radius:.2f} px", fontsize=9)
     for ring in (radius + GAP_PX, radius + GAP_PX + RING_PX):
         _ring(axes[0], x, y, ring, color="black", linestyle=":")
     names = ("one background", "24 sectors, scatter")
     found = matte(shot, 1, scatter=False), matte(shot, 24, scatter=True)
     for axis, name, (alpha, by_area) in zip(axes[1:], names, found, strict=True):
-        image = axis.imshow(alpha, vmin=-0.5, vmax=1.5, cmap="PuOr_r")
+        axis.imshow(alpha, vmin=-0.5, vmax=1.5, cmap="PuOr_r")
         axis.grid(visible=False)
-        axis.set(xlabel="x, px")
-        axis.set_title(f"{name}: r {by_area:.2f} px", fontsize=9)
+        axis.set(xlabel="x, px", facecolor="#dcdcdc")
+        axis.set_title(f"{name}: {by_area:.2f} px", fontsize=9)
         print(f"{name}: {by_area:.2f} px of {radius:.2f} px")
-    figure.colorbar(image, ax=axes[1:], label="alpha, share of ball", shrink=0.8)
+    for axis in axes:
+        half = radius + GAP_PX + RING_PX + 1.5
+        axis.set(xlim=(x - half, x + half), ylim=(y + half, y - half))
+    figure.colorbar(axes[2].images[0], ax=axes[1:], label="alpha, share of ball", shrink=0.7)
     for name, disc in zip(("area", "edge"), measured(SHARP, shot), strict=True):
-        sd = math.sqrt(disc.covariance[2, 2])
-        print(f"measured by {name}: {disc.radius_px:.2f} px, sd {sd:.2f} px")
+        if disc is not None:
+            sd = math.sqrt(disc.covariance[2, 2])
+            print(f"measured by {name}: {disc.radius_px:.2f} px, sd {sd:.2f} px")
     _backgrounds()
 
 
