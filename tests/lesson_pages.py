@@ -28,6 +28,12 @@ def printed(lesson):
     return "\n".join(said)
 
 
+def says(lesson, words):
+    """Tell whether a page has these words, wherever its lines break if the words do not."""
+    text = page(lesson)
+    return words in text or words in " ".join(text.split())
+
+
 def in_words(said, line, words):
     """Return these words with the numbers of the line that a script said."""
     return words.format(*map(float, re.search(line, said).groups()))

@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from lesson_pages import NUMBER, in_words, page, printed
+from lesson_pages import NUMBER, in_words, page, printed, says
 
 from rotorpong.physics.ball import TABLE_SURFACE, Air
 
@@ -38,7 +38,7 @@ def said():
 
 @pytest.mark.parametrize(("line", "words"), SAME, ids=[words for _, words in SAME])
 def test_the_page_says_the_numbers_that_the_script_prints(said, line, words):
-    assert in_words(said, line, words) in page(LESSON)
+    assert says(LESSON, in_words(said, line, words))
 
 
 def test_what_the_page_says_of_spin_is_what_the_script_prints(said):

@@ -221,13 +221,13 @@ def pixels_outline(figure: Figure) -> None:
         print(f"{fit}: full outline {found[-1]:.2f} px, a sixth {found[0]:.2f} px")
     algebra.set(xlabel="share of the outline, %", ylabel="median error of the radius, px")
     algebra.legend(fontsize=8)
-    away = np.array([1.0, 1.5, 2.0, 2.5, 3.0, 4.0])
+    away = np.array([1.0, 1.75, 2.5, 4.0])
     cameras = (("ideal, f = 375 px", GAZEBO, GREEN), ("AR.Drone, gamma 1", LINEAR, BLUE))
     for name, camera, colour in (*cameras, ("AR.Drone, gamma 2.2", SHARP, ORANGE)):
         means, spreads = np.array([_outline_bias(camera, z) for z in away]).T
         shift = {GREEN: -0.05, BLUE: 0.0, ORANGE: 0.05}[colour]
         food.errorbar(away + shift, means, spreads, fmt="o-", capsize=2, color=colour, label=name)
-        print(f"outline, {name}, at 2.5 m: {means[3]:.2f} px, sd {spreads[3]:.2f} px")
+        print(f"outline, {name}, at 2.5 m: {means[2]:.2f} px, sd {spreads[2]:.2f} px")
     food.axhline(0.0, color="black", linewidth=0.8)
     food.set(xlabel="distance, m", ylabel="error of the outline's radius, px", ylim=(-1.0, 0.4))
     food.legend(fontsize=8, loc="upper right")
