@@ -30,7 +30,7 @@ SAME = (  # a line that the lesson's script prints, and what the page makes of i
     (f"gamma 2.2, .*: -{NUMBER} px, sd {NUMBER}", "a spread of {1:.2f} px"),
     (f"one background: {NUMBER} px", "goes from {0:.2f} px to"),
     (f"24 sectors, scatter: {NUMBER} px of {NUMBER} px", " to {0:.2f} px, of {1:.2f} px"),
-    (f"hall, one level: .* 90 % {NUMBER} cm", "and {0:.1f} cm wrong on a tenth of them"),
+    (f"hall, one level: .* 90 % {NUMBER} cm", "it puts {0:.1f} cm or more from"),
     (f"at 2.5 m: circle {NUMBER} cm", "the circle spreads by {0:.2f} cm even"),
     (f"at 2.5 m: .*area {NUMBER} cm, edge {NUMBER}", "the area by {0:.2f} cm, the edge by {1:.2f}"),
     (f"at 2.5 m: .*bound {NUMBER} cm", "the bound is at {0:.2f} cm"),
@@ -43,6 +43,10 @@ SAME = (  # a line that the lesson's script prints, and what the page makes of i
     (f"area: {AT_REST_AND_MOVING}", "the area by {0:.1f} cm and {1:.1f} cm"),
     (f"edge: {AT_REST_AND_MOVING}", "exposure, by {0:.1f} cm and {1:.1f} cm"),
     (f"measured at 22 px: {NUMBER} of {NUMBER} balls", "only {0:.0f} of {1:.0f} balls"),
+    (
+        f"balls, {NUMBER} when told",
+        "Told the streak beforehand (`Guess.streak_px`), it measures {0:.0f}.",
+    ),
     (f"{NUMBER} px/s, area x {NUMBER}", "\n{0:.0f} px/s: area x {1:.3f}, "),
     (f"too near by {NUMBER} cm", "seems {0:.1f} cm too near\n"),
 )

@@ -117,7 +117,11 @@ def shoot(
 
 
 def measured(
-    camera: Camera, shot: Shot, rows_px_s: float = 0.0
+    camera: Camera,
+    shot: Shot,
+    *,
+    rows_px_s: float = 0.0,
+    streak_px: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[BallDisc | None, BallDisc | None]:
     """Return the ball by area and by edge, from the guess that the outline gives."""
     blobs = find_blobs(shot.box)
@@ -129,7 +133,8 @@ def measured(
     if rows_px_s != 0.0:
         row = camera.readout_s / camera.height_px
         shape = rolling_shape(shape, np.array([0.0, rows_px_s]), row)
-    guess = Guess(float(center[0]), float(center[1]), circle.diameter_px, shape=shape)
+    x, y = center.tolist()
+    guess = Guess(x, y, circle.diameter_px, streak_px, shape)
     offset = (int(shot.corner[0]), int(shot.corner[1]))
     return area_and_edge(shot.box, guess, offset=offset, gamma=camera.gamma)
 
@@ -367,17 +372,25 @@ def depth_bound(away: np.ndarray | float) -> np.ndarray | float:
 
 
 def _errors(
-    camera: Camera, scene: Scene, away: float, *, count: int = COUNT, speed: float = 0.0
+    camera: Camera,
+    scene: Scene,
+    away: float,
+    *,
+    count: int = COUNT,
+    speed: float = 0.0,
+    told: bool = False,
 ) -> dict[str, np.ndarray]:
     """Return errors of the depth, m, by circle, area and edge, and the edge's own sd.
 
-    The balls cross the picture at `speed`, m/s, in any direction.
+    The balls cross the picture at `speed`, m/s, in any direction; `told`, the streak is known.
     """
     rng, rows = np.random.default_rng(2), []
     for k in range(count):
         place, turn = somewhere(rng, away), rng.uniform(0.0, 2 * np.pi)
-        shot = shoot(camera, place, scene, k, speed * np.array([np.cos(turn), np.sin(turn), 0.0]))
-        area, edge = measured(camera, shot)
+        velocity = speed * np.array([math.cos(turn), math.sin(turn), 0.0])
+        shot = shoot(camera, place, scene, k, velocity)
+        along, down = (velocity[:2] * camera.focal_length_px * camera.exposure_s / away).tolist()
+        area, edge = measured(camera, shot, streak_px=(along, down) if told else (0.0, 0.0))
         if area is not None and edge is not None:
             by_edge, sd = depth(camera, edge)
             found = depth_by_circle(camera, shot), depth(camera, area)[0], by_edge
@@ -468,7 +481,11 @@ def pixels_motion(figure: Figure) -> None:
         medians = [100 * float(np.median(np.abs(error[key]))) for error in errors]
         blur.semilogy(streaks, medians, "o-", color=colour, label=name)
         print(f"{key}: {medians[0]:.1f} cm at rest, {medians[-1]:.1f} cm at {streaks[-1]:.0f} px")
-    print(f"measured at {streaks[-1]:.0f} px: {len(errors[-1]['edge'])} of {COUNT} balls")
+    told = len(_errors(open_shutter, EVEN, 2.5, speed=3.0, told=True)["edge"])
+    blind = len(errors[-1]["edge"])
+    print(
+        f"measured at {streaks[-1]:.0f} px: {blind} of {COUNT} balls, {told} when told the streak"
+    )
     blur.set(
         xlabel="smear in the exposure, px", ylabel="error of the depth, median, cm", ylim=(0.1, 40)
     )
@@ -487,7 +504,7 @@ def _rolls(axes: Axes, camera: Camera) -> None:
         for k in range(10):
             place = somewhere(np.random.default_rng(k), 2.5)
             shot = shoot(camera, place, EVEN, k, np.array([0.0, speed, 0.0]))
-            area, _ = measured(camera, shot, rows_px_s)
+            area, _ = measured(camera, shot, rows_px_s=rows_px_s)
             if area is None:
                 continue
             as_seen.append((area.radius_px / shot.disc[2]) ** 2)
