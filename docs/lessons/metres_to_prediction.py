@@ -11,9 +11,11 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
+from matplotlib.ticker import FixedLocator, NullLocator
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
@@ -56,7 +58,8 @@ SDS = SDS_PX / FOCAL
 SPREAD = np.diag(SDS**2)
 DT = 1.0 / 30.0  # s between frames
 FRAMES = 13  # the last 0.4 s after the throw, just before the ball bounces
-END = (FRAMES - 1) * DT
+TIMES = DT * np.arange(FRAMES)
+END = float(TIMES[-1])
 FIRST = 5  # sights that begin a filter, fitted at once
 RENEWALS = (7, 10)  # sights after which a filter is begun anew
 BLADE = np.array([1.0, 0.0, 0.0]), -1.65  # the plane x = -1.65 m
@@ -80,6 +83,7 @@ STYLE = {
     "axes.spines.right": False,
     "axes.grid": True,
     "grid.color": "#e6e6e6",
+    "axes.axisbelow": True,
     "legend.frameon": False,
 }
 
@@ -112,6 +116,13 @@ def main() -> None:
         print(f"  {path.name}: {path.stat().st_size / 1000:.0f} kB")
 
 
+def plain(axis: Axis, ticks: Sequence[float]) -> None:
+    """Label a logarithmic axis by these numbers, as they are."""
+    axis.set_major_locator(FixedLocator(ticks))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_locator(NullLocator())
+
+
 def serve(rng: np.random.Generator) -> Ball:
     """Return a throw like that of the lesson, and spin."""
     position = THROWN.position + [0.0, 0.1, 0.02] * rng.standard_normal(3)
@@ -119,12 +130,11 @@ def serve(rng: np.random.Generator) -> Ball:
     return Ball(position, velocity, SPIN_SD * rng.standard_normal(3))
 
 
-def look(time: float, ball: Ball, tilt: np.ndarray) -> Sight:
-    """Return the exact sight by a camera that is turned by `tilt`, which its gyro does not show."""
-    x, y, z = CAMERA_FROM_BODY_AXES @ Rotation.from_rotvec(-tilt).apply(ball.position - EYE)
-    radius = math.asin(BALL_RADIUS / math.sqrt(x * x + y * y + z * z))
-    seen = np.array([x / z, y / z, radius])
-    return Sight(time, seen, SPREAD, EYE, np.array(CAMERA_FROM_BODY_AXES))
+def look(positions: np.ndarray, tilts: np.ndarray) -> np.ndarray:
+    """Return exact sights (n, 3) by a camera turned by `tilts`, which its gyro does not show."""
+    seen = Rotation.from_rotvec(-tilts).apply(positions - EYE) @ CAMERA_FROM_BODY_AXES.T
+    radius = np.arcsin(BALL_RADIUS / np.linalg.norm(seen, axis=1))
+    return np.column_stack([seen[:, :2] / seen[:, 2:], radius])
 
 
 def watch(
@@ -138,11 +148,11 @@ def watch(
         tilts: as `trials` takes them.
         covariance: of the noise, as told.
     """
-    times = DT * np.arange(FRAMES)
-    exact = [look(t, fly(ball, Air(), t), tilt) for t, tilt in zip(times, tilts, strict=True)]
+    positions = np.array([fly(ball, Air(), t).position for t in TIMES])
+    rotation = np.array(CAMERA_FROM_BODY_AXES)
     return [
-        replace(sight, seen=sight.seen + wrong, covariance=covariance)
-        for sight, wrong in zip(exact, noise, strict=True)
+        Sight(t, seen, covariance, EYE, rotation)
+        for t, seen in zip(TIMES.tolist(), look(positions, tilts) + noise, strict=True)
     ]
 
 
@@ -222,20 +232,19 @@ def bound(count: int, prior: Prior = KNOWN, sds: np.ndarray = SDS) -> np.ndarray
 def speed_errors(figure: Figure) -> None:
     """Speed towards the camera: one serve, and rms errors of many, by distance."""
     one, many = figure.subplots(1, 2, width_ratios=[1.1, 1])
-    times = DT * np.arange(FRAMES)
     errors, shown = _speeds(range(SERVES))
     names = ("finite differences", "Kalman filter of metres", "flight filter")
     starts, colours = (1, 1, FIRST - 1), (GREY, ORANGE, BLUE)
     for name, start, colour, mark in zip(names, starts, colours, ("o", "s", "^"), strict=True):
-        one.plot(times[start:], shown[name][start:], mark + "-", color=colour, markersize=3, lw=1)
+        one.plot(TIMES[start:], shown[name][start:], mark + "-", color=colour, markersize=3, lw=1)
         rms = np.sqrt(np.mean(np.square(errors[name]), axis=0))
         many.semilogy(
             _depths()[start:], rms[start:], mark + "-", color=colour, markersize=3, label=name
         )
         for k in (5, FRAMES - 1):
             print(f"vx after {k + 1} sights, {_depths()[k]:.2f} m away, {name}: {rms[k]:.3f} m/s")
-    one.plot(times, shown["truth"], color="black", lw=1.5, label="truth")
-    one.set(xlabel="time, s", ylabel="speed towards us, m/s", ylim=(2.5, 12.5))
+    one.plot(TIMES, shown["truth"], color="black", lw=1.5, label="truth")
+    one.set(xlabel="time, s", ylabel="speed towards us, m/s", ylim=(2.5, 9.5))
     one.legend(fontsize=8)
     counts = range(FIRST, FRAMES + 1)
     limits = [math.sqrt(bound(n)[3, 3]) for n in counts]
@@ -246,6 +255,7 @@ def speed_errors(figure: Figure) -> None:
     many.set(
         xlabel="distance, m: the ball flies to the right", ylabel="rms error of the speed, m/s"
     )
+    plain(many.yaxis, (0.05, 0.1, 0.2, 0.5, 1, 2, 5))
     many.legend(fontsize=8, loc="lower left")
     far = 2.5**2 / (FOCAL * BALL_DIAMETER) * 0.1
     print(f"two frames at 2.5 m: {math.sqrt(2.0) * far / DT:.2f} m/s")
@@ -253,7 +263,7 @@ def speed_errors(figure: Figure) -> None:
 
 def _depths() -> np.ndarray:
     """Return how far the lesson's throw is at each sight, m."""
-    return np.array([fly(THROWN, Air(), k * DT).position[0] - EYE[0] for k in range(FRAMES)])
+    return np.array([fly(THROWN, Air(), t).position[0] - EYE[0] for t in TIMES])
 
 
 def _speeds(seeds: Sequence[int]) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
@@ -305,8 +315,9 @@ def fall_ruler(figure: Figure) -> None:
         graph.semilogy(counts, values, mark + "-", color=colour, markersize=3, label=name)
         for n in (5, 8, 13):
             print(f"depth after {n} sights, {name}: {100 * sds(n):.2f} cm")
-    graph.set(xlabel="sights so far", ylabel="sd of the depth, cm")
-    graph.legend(fontsize=8)
+    graph.set(xlabel="sights so far", ylabel="sd of the depth, cm", ylim=(0.08, 600))
+    plain(graph.yaxis, (0.1, 1, 10, 100))
+    graph.legend(fontsize=8, loc="lower left")
     _print_point(np.array([0.81, 0.0, 0.45]))
 
 
@@ -447,21 +458,21 @@ def consistency(figure: Figure) -> None:
     graph.axvspan(low, high, color="#e8e8e8", zorder=0)
     graph.axhspan(*chi2.ppf([0.025, 0.975], 6), color="#e8e8e8", zorder=0)
     graph.set(xlabel="mean NIS of a serve", ylabel="NEES of its last belief")
-    figure.legend(
-        *graph.get_legend_handles_labels(), loc="outside upper center", ncols=4, fontsize=8
-    )
+    plain(graph.xaxis, (1, 2, 3, 5, 10, 20))
+    figure.legend(*graph.get_legend_handles_labels(), loc="outside upper center", ncols=4)
     _levels(share, cases, count)
 
 
 def _levels(axes: Axes, cases: Sequence[tuple[list[Trial], str, str]], count: int) -> None:
-    """Draw how often which mean NIS comes, against chi-square."""
-    grid = np.linspace(0.5, 7.0, 200)
-    axes.plot(grid, chi2.pdf(grid * count, 3 * count) * count, color="black", label="chi-square")
+    """Draw the share of serves below each mean NIS, against chi-square."""
+    grid = np.geomspace(0.8, 25.0, 200)
     for done, colour, _ in cases:
-        nis = [trial.nis for trial in done]
-        axes.hist(nis, bins=list(np.linspace(0, 7, 22)), density=True, color=colour, alpha=0.45)
-    axes.set(xlabel="mean NIS of a serve", ylabel="density", xlim=(0.5, 7.0))
-    axes.legend(fontsize=8)
+        levels = np.sort([trial.nis for trial in done])
+        axes.step(levels, np.arange(1, len(levels) + 1) / len(levels), color=colour)
+    axes.semilogx(grid, chi2.cdf(grid * count, 3 * count), color="black", lw=1, label="chi-square")
+    axes.set(xlabel="mean NIS of a serve", ylabel="share of serves below")
+    plain(axes.xaxis, (1, 2, 3, 5, 10, 20))
+    axes.legend(fontsize=8, loc="lower right")
 
 
 def at_blade(ball: Ball, surface: Surface, height: float) -> tuple[float, np.ndarray]:
@@ -617,7 +628,7 @@ def _walks(axes: Axes) -> None:
 
 def forecast(figure: Figure) -> None:
     """Where the ball will pass the blade's plane: ellipse and cloud; error by sights."""
-    plane, graph = figure.subplots(1, 2, width_ratios=[1, 1.1])
+    plane, graph = figure.subplots(1, 2, width_ratios=[1, 1.3])
     belief = the_belief()
     there = crossing(belief, *BLADE, KNOWN)
     assert there is not None
@@ -627,7 +638,7 @@ def forecast(figure: Figure) -> None:
     plane.add_patch(_ellipse(100 * there.position[1:], 1e4 * spread))
     true = at_blade(THROWN, TABLE_SURFACE, 0.0)[1]
     plane.plot(*(100 * true[1:]), "x", color="black", label="the ball")
-    plane.set(xlabel="y, cm (left)", ylabel="z, cm", aspect="equal")
+    plane.set(xlabel="y, cm (left)", ylabel="z, cm", xlim=(-4, 4), ylim=(25, 35.5), aspect="equal")
     plane.legend(fontsize=8, loc="upper right")
     claimed, drawn = 1000 * np.sqrt(np.diag(spread)), 1000 * np.std(cloud, axis=0)
     print(f"crossing: sideways sd {claimed[0]:.1f} mm, of the cloud {drawn[0]:.1f} mm")
@@ -685,6 +696,8 @@ def _misses(axes: Axes) -> None:
             print(f"miss after {n} sights, {name}: median {middle[n - FIRST]:.1f} cm")
     print(f"within the ellipse of 2 sd: {100 * np.mean(inside):.0f} % of serves; 86 % would be")
     axes.set(xlabel="sights so far", ylabel="median miss at the blade's plane, cm")
+    plain(axes.yaxis, (1, 2, 5, 10, 20))
+    axes.set_ylim(1, 30)
     axes.legend(fontsize=8)
 
 
