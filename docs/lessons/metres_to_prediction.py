@@ -242,7 +242,8 @@ def speed_errors(figure: Figure) -> None:
             _depths()[start:], rms[start:], mark + "-", color=colour, markersize=3, label=name
         )
         for k in (5, FRAMES - 1):
-            print(f"vx after {k + 1} sights, {_depths()[k]:.2f} m away, {name}: {rms[k]:.3f} m/s")
+            away = f"{k + 1} sights, {_depths()[k]:.2f} m away"
+            print(f"vx after {away}, {name}: {100 * rms[k]:.1f} cm/s")
     one.plot(TIMES, shown["truth"], color="black", lw=1.5, label="truth")
     one.set(xlabel="time, s", ylabel="speed towards us, m/s", ylim=(2.5, 9.5))
     one.legend(fontsize=8)
@@ -421,8 +422,10 @@ def trials(
 def _print_means(name: str, done: list[Trial]) -> None:
     rms = np.sqrt(np.mean([trial.error**2 for trial in done], axis=0))
     nis, nees = np.mean([t.nis for t in done]), np.mean([t.nees for t in done])
-    print(f"{name}: NIS {nis:.1f}, NEES {nees:.1f}, x {100 * rms[0]:.2f} cm, ", end="")
-    print(f"z {100 * rms[2]:.2f} cm, vx {100 * rms[3]:.1f} cm/s, vz {100 * rms[5]:.1f} cm/s")
+    print(
+        f"{name}: NIS {nis:.1f}, NEES {nees:.1f}, x {100 * rms[0]:.2f} cm, "
+        f"z {100 * rms[2]:.2f} cm, vx {100 * rms[3]:.1f} cm/s, vz {100 * rms[5]:.1f} cm/s"
+    )
 
 
 def knowing(*, start: float = 1e-7, walk: float = 1e-9, unmodelled: float = 1e-4) -> Prior:
@@ -459,7 +462,7 @@ def consistency(figure: Figure) -> None:
     graph.axhspan(*chi2.ppf([0.025, 0.975], 6), color="#e8e8e8", zorder=0)
     graph.set(xlabel="mean NIS of a serve", ylabel="NEES of its last belief")
     plain(graph.xaxis, (1, 2, 3, 5, 10, 20))
-    figure.legend(*graph.get_legend_handles_labels(), loc="outside upper center", ncols=4)
+    figure.legend(*graph.get_legend_handles_labels(), loc="outside upper center", ncols=4, markerscale=2)
     _levels(share, cases, count)
 
 
@@ -526,7 +529,7 @@ def through_bounce(figure: Figure) -> None:
         one = np.array([_height(predict(start, t, certain(KNOWN, keep)))[1] for t in times])
         added = np.sqrt(np.maximum(one**2 - flown**2, 0.0))
         parts.plot(times, 100 * added, color=colour, label=name)
-    parts.set(xlabel="time, s", ylabel="sd of the height, cm")
+    parts.set(xlabel="time, s", ylabel="sd of the height, cm", ylim=(-0.05, 3.2))
     parts.legend(fontsize=8, loc="upper left")
     _print_causes(start)
 
