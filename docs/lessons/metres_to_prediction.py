@@ -462,7 +462,9 @@ def consistency(figure: Figure) -> None:
     graph.axhspan(*chi2.ppf([0.025, 0.975], 6), color="#e8e8e8", zorder=0)
     graph.set(xlabel="mean NIS of a serve", ylabel="NEES of its last belief")
     plain(graph.xaxis, (1, 2, 3, 5, 10, 20))
-    figure.legend(*graph.get_legend_handles_labels(), loc="outside upper center", ncols=4, markerscale=2)
+    figure.legend(
+        *graph.get_legend_handles_labels(), loc="outside upper center", ncols=4, markerscale=2
+    )
     _levels(share, cases, count)
 
 
