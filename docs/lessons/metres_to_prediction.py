@@ -3,6 +3,7 @@
 Writes six PNGs to `docs/images/lessons/` and prints every number that the page quotes.
 """
 
+import functools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -137,34 +138,48 @@ def look(positions: np.ndarray, tilts: np.ndarray) -> np.ndarray:
     return np.column_stack([seen[:, :2] / seen[:, 2:], radius])
 
 
+def flown(balls: Ball) -> np.ndarray:
+    """Return places and velocities at the times of the sights, (*batch, FRAMES, 6)."""
+    ends = [fly(balls, Air(), t) for t in TIMES]
+    return np.stack([np.concatenate([e.position, e.velocity], axis=-1) for e in ends], axis=-2)
+
+
+@functools.cache
+def all_flown() -> np.ndarray:
+    """Return `flown` of all serves: serve k is drawn first from the generator with seed k."""
+    balls = [serve(np.random.default_rng(seed)) for seed in range(SERVES)]
+    parts = ([getattr(ball, name) for ball in balls] for name in ("position", "velocity", "spin"))
+    return flown(Ball(*(np.array(part) for part in parts)))
+
+
+def one_flown(seed: int) -> tuple[np.ndarray, np.random.Generator]:
+    """Return the path of a serve, and the generator from which it was drawn."""
+    rng = np.random.default_rng(seed)
+    serve(rng)
+    return all_flown()[seed], rng
+
+
 def watch(
-    ball: Ball, noise: np.ndarray, tilts: np.ndarray, covariance: np.ndarray = SPREAD
+    path: np.ndarray, noise: np.ndarray, tilts: np.ndarray, covariance: np.ndarray = SPREAD
 ) -> list[Sight]:
     """Return the sights of a serve until just before its bounce.
 
     Args:
-        ball: as it is thrown.
+        path: as `flown` returns it, (FRAMES, 6).
         noise: of the sights, (FRAMES, 3), rad.
         tilts: as `trials` takes them.
         covariance: of the noise, as told.
     """
-    positions = np.array([fly(ball, Air(), t).position for t in TIMES])
     rotation = np.array(CAMERA_FROM_BODY_AXES)
     return [
         Sight(t, seen, covariance, EYE, rotation)
-        for t, seen in zip(TIMES.tolist(), look(positions, tilts) + noise, strict=True)
+        for t, seen in zip(TIMES.tolist(), look(path[:, :3], tilts) + noise, strict=True)
     ]
 
 
-def watched(ball: Ball, rng: np.random.Generator) -> list[Sight]:
+def watched(path: np.ndarray, rng: np.random.Generator) -> list[Sight]:
     """Return noisy sights by a level camera."""
-    return watch(ball, SDS * rng.standard_normal((FRAMES, 3)), np.zeros((FRAMES, 3)))
-
-
-def truth(ball: Ball) -> np.ndarray:
-    """Return position and velocity at the last sight."""
-    end = fly(ball, Air(), END)
-    return np.concatenate([end.position, end.velocity])
+    return watch(path, SDS * rng.standard_normal((FRAMES, 3)), np.zeros((FRAMES, 3)))
 
 
 def filtered(known: Belief, sights: Sequence[Sight], prior: Prior) -> Track:
@@ -225,7 +240,7 @@ def bound(count: int, prior: Prior = KNOWN, sds: np.ndarray = SDS) -> np.ndarray
     The information is taken at the truth: the sights are without noise, and told to have it.
     """
     nothing = np.zeros((FRAMES, 3))
-    sights = watch(THROWN, nothing, nothing, np.diag(sds**2))[:count]
+    sights = watch(flown(THROWN), nothing, nothing, np.diag(sds**2))[:count]
     return begin(ground(prior, 0.0), sights, prior).covariance[:6, :6]
 
 
@@ -264,7 +279,7 @@ def speed_errors(figure: Figure) -> None:
 
 def _depths() -> np.ndarray:
     """Return how far the lesson's throw is at each sight, m."""
-    return np.array([fly(THROWN, Air(), t).position[0] - EYE[0] for t in TIMES])
+    return flown(THROWN)[:, 0] - EYE[0]
 
 
 def _speeds(seeds: Sequence[int]) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
@@ -272,10 +287,8 @@ def _speeds(seeds: Sequence[int]) -> tuple[dict[str, np.ndarray], dict[str, np.n
     errors: dict[str, list[np.ndarray]] = {}
     shown: dict[str, np.ndarray] = {}
     for seed in seeds:
-        rng = np.random.default_rng(seed)
-        ball = serve(rng)
-        sights = watched(ball, rng)
-        true = np.array([fly(ball, Air(), sight.time).velocity[0] for sight in sights])
+        path, rng = one_flown(seed)
+        true, sights = path[:, 3], watched(path, rng)
         points, spreads = metres(sights)
         found = {
             "finite differences": np.append(np.nan, np.diff(points[:, 0]) / DT),
@@ -403,16 +416,15 @@ def trials(
     """
     done = []
     for seed in range(SERVES):
-        rng = np.random.default_rng(seed)
-        ball, known = serve(rng), ground(prior, 0.0)
-        noise = rng.standard_normal((FRAMES, 3))
+        path, rng = one_flown(seed)
+        known, noise = ground(prior, 0.0), rng.standard_normal((FRAMES, 3))
         turned = tilts(rng)
-        sights = watch(ball, SDS * noise, turned, np.diag(sds_told**2))
+        sights = watch(path, SDS * noise, turned, np.diag(sds_told**2))
         if reading_sd is not None:
             reading = turned[0, :2] + reading_sd * rng.standard_normal(2)
             known = read_level(known, reading, 0.0, reading_sd)
         beliefs, levels = estimator(known, sights, prior)
-        error = beliefs[-1].mean[:6] - truth(ball)
+        error = beliefs[-1].mean[:6] - path[-1]
         nees = float(error @ np.linalg.solve(beliefs[-1].covariance[:6, :6], error))
         done.append(Trial(error, nees, float(np.mean(levels)) if levels else math.nan))
     _print_means(name, done)
@@ -499,7 +511,7 @@ def at_blade(ball: Ball, surface: Surface, height: float) -> tuple[float, np.nda
 
 def the_belief() -> Belief:
     """Return what the filter believes after all sights of the lesson's throw."""
-    sights = watched(THROWN, np.random.default_rng(1))
+    sights = watched(flown(THROWN), np.random.default_rng(1))
     return filtered(ground(KNOWN, 0.0), sights, KNOWN)[0][-1]
 
 
@@ -587,11 +599,10 @@ def _heights(prior: Prior) -> dict[str, np.ndarray]:
     """Return the errors of the height by estimator, serve and sight, m, of tilted cameras."""
     rows: dict[str, list[np.ndarray]] = {"filter": [], "filter, renewed": [], "window": []}
     for seed in range(SERVES):
-        rng = np.random.default_rng(seed)
-        ball, known = serve(rng), ground(prior, 0.0)
-        noise = rng.standard_normal((FRAMES, 3))
-        sights = watch(ball, SDS * noise, leaning(rng))
-        true = np.array([fly(ball, Air(), sight.time).position[2] for sight in sights[FIRST - 1 :]])
+        path, rng = one_flown(seed)
+        known, noise = ground(prior, 0.0), rng.standard_normal((FRAMES, 3))
+        sights = watch(path, SDS * noise, leaning(rng))
+        true = path[FIRST - 1 :, 2]
         fits = [begin(known, sights[:n], prior) for n in range(FIRST, FRAMES + 1)]
         found = filtered(known, sights, prior)[0], renewed(known, sights, prior)[0], fits
         for row, beliefs in zip(rows.values(), found, strict=True):
@@ -710,7 +721,7 @@ def _forecasts(seed: int) -> tuple[list[Belief], list[Belief], np.ndarray]:
     """Return beliefs from two sights and the filter's, from the fifth sight on, and the truth."""
     rng = np.random.default_rng(seed)
     ball, known = serve(rng), ground(KNOWN, 0.0)
-    sights, true = watched(ball, rng), at_blade(ball, *some_table(rng))[1]
+    sights, true = watched(all_flown()[seed], rng), at_blade(ball, *some_table(rng))[1]
     points, two = metres(sights)[0], []
     for k in range(FIRST - 1, FRAMES):
         mean = known.mean.copy()
