@@ -323,7 +323,7 @@ def fall_ruler(figure: Figure) -> None:
     court.plot([-TABLE_HALF_LENGTH, TABLE_HALF_LENGTH], [0, 0], color="black", lw=2)
     court.set(xlabel="x, m", ylabel="z, m", xlim=(-2.1, 2.3), ylim=(-0.1, 0.7))
     court.set_title("places by single sights: 2 sd, to scale", fontsize=9)
-    counts = np.arange(3, FRAMES + 1)
+    counts = range(3, FRAMES + 1)
     for name, sds, colour, mark in RULERS:
         values = [100 * sds(n) for n in counts]
         graph.semilogy(counts, values, mark + "-", color=colour, markersize=3, label=name)
@@ -581,7 +581,7 @@ def _print_causes(start: Belief) -> None:
 def window_or_filter(figure: Figure) -> None:
     """Errors of filter and window under a tilt, and under an attitude that walks."""
     graph, bars = figure.subplots(1, 2, width_ratios=[1, 1.05])
-    prior, counts = knowing(start=TILT), np.arange(FIRST, FRAMES + 1)
+    prior, counts = knowing(start=TILT), range(FIRST, FRAMES + 1)
     limits = [100 * math.sqrt(bound(n, prior)[2, 2]) for n in counts]
     graph.plot(counts, limits, "--", color="black", label="Cramér-Rao bound", lw=1)
     looks = ((ORANGE, "s"), (GREEN, "o"), (BLUE, "^"))
