@@ -91,9 +91,9 @@ def fit_points(
 ) -> tuple[Belief, float]:
     """Return the belief at the first point that explains all points best, and its cost.
 
-    The cost is chi-square of 3 degrees a point if the model is right and nothing is weighted. To
-    predict, carry the belief on with `flight_filter.predict` and `prior_of` the same expectation
-    and table.
+    The cost is chi-square of 3 degrees a point, less the 6 of place and velocity, if the model is
+    right and nothing is weighted. To predict, carry the belief on with `flight_filter.predict` and
+    `prior_of` the same expectation and table.
 
     Args:
         times: s, increasing, at least 2 that differ.
