@@ -26,11 +26,12 @@ def quiet(done, total):
     pass
 
 
-def recorded(seed, *, noise=0.001, duration=0.6, spin=100.0):
-    """A flight over the table with a bounce, as a tracker would have it."""
+def recorded(seed, *, noise=0.001, duration=0.6):
+    """A flight along -x over the table with a bounce, spun as in matches, as a tracker has it."""
     rng = np.random.default_rng(seed)
     velocity = np.array([rng.uniform(-5.5, -4.5), rng.normal(0.0, 0.2), 0.3])
-    ball = Ball(np.array([1.2, 0.0, 0.25]), velocity, spin * rng.standard_normal(3))
+    spin = np.array(MATCH.spin) + MATCH.spin_sd * rng.standard_normal(3)
+    ball = Ball(np.array([1.2, 0.0, 0.25]), velocity, spin * [-1.0, -1.0, 1.0])
     times = np.arange(0.0, duration, 1.0 / RATE)
     points = follow(ball, times, Air(), Table(height=HEIGHT), most=1).position
     return Flight(f"{seed}.csv", times, points + rng.normal(0.0, noise, points.shape))

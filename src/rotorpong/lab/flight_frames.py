@@ -22,7 +22,8 @@ FEWEST_BOUNCES = 5  # whose median is a table
 
 def along_x(flights: tuple[Flight, ...]) -> tuple[Flight, ...]:
     """Return flights of one frame, turned by 90 degrees about z if they go rather along y."""
-    ways = sum(np.abs(np.diff(flight.positions[:, :2], axis=0)).sum(axis=0) for flight in flights)
+    steps = np.concatenate([np.diff(one.positions[:, :2], axis=0) for one in flights])
+    ways = np.abs(steps).sum(axis=0)
     if ways[0] >= ways[1]:
         return flights
     return tuple(Flight(one.name, one.times, _turned(one.positions)) for one in flights)
