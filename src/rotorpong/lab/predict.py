@@ -33,7 +33,7 @@ from rotorpong.vision.flight_points import (
     TRACKED,
     Expectation,
     PointNoise,
-    fit_points,
+    belief_after,
     prior_of,
 )
 
@@ -169,7 +169,7 @@ def predicted(
     """
     points = slice(window.first, window.last)
     times, positions = flight.times[points], flight.positions[points]
-    belief, _ = fit_points(times, positions, expectation, noise=noise, table_height=height)
+    belief = belief_after(times, positions, expectation, noise=noise, table_height=height)
     return predict(belief, window.time, prior_of(expectation, height)).position
 
 

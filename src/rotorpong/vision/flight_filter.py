@@ -36,7 +36,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy import ndarray
 
 from rotorpong.conventions import BALL_RADIUS, GRAVITY, InputError
@@ -235,16 +235,24 @@ def predict(belief: Belief, time: float, prior: Prior, *, bounces: bool = True) 
     return Belief(time, mean, covariance)
 
 
-def path(belief: Belief, times: Float[ndarray, "n"], prior: Prior) -> Float[ndarray, "n 3"]:
-    """Return where the ball is expected at later times, s, increasing: places alone, m."""
+def path(
+    belief: Belief, times: Float[ndarray, "n"], prior: Prior
+) -> tuple[Float[ndarray, "n 3"], Int[ndarray, "n"]]:
+    """Return where the ball is expected at later times, m, and how often it has bounced by then.
+
+    Args:
+        belief: now.
+        times: s, increasing, none before it.
+        prior: the laws.
+    """
     table, _ = _table(prior, bounces=True)
     inputs, work = kernels.inputs_of(belief.mean, table), np.empty((3, kernels.FLOWN))
-    places = np.empty((len(times), 3))
+    places, bounces = np.empty((len(times), 3)), np.zeros(len(times), dtype=int)
     for i, dt in enumerate(np.diff(times, prepend=belief.time)):
-        kernels.flow(inputs, dt, prior.air, work)
+        bounces[i] = kernels.flow(inputs, dt, prior.air, work)
         inputs[: kernels.FLOWN] = work[0]
         places[i] = work[0, :3]
-    return places
+    return places, np.cumsum(bounces)
 
 
 def update(belief: Belief, sight: Sight | Point) -> tuple[Belief, float]:

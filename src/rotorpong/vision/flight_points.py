@@ -7,6 +7,9 @@ t_i is the ball's, with a covariance that has two parts, the tracker's and the c
 
 A tracker also errs grossly now and then, so the noise is taken for Student's t of nu degrees: after
 each fit a point that it misses by e is weighted by (nu + 3) / (nu + e^T R^-1 e), and fitted anew.
+A fit takes restitution, friction and the table's height for known. Where it bounces, only the
+points before are fitted, and the others taken in one by one by the filter, whose prediction over
+the bounce is as unsure as these numbers are.
 
 What is believed before the first point is little: where the ball is and how fast, nothing; how it
 spins, what spins are like in matches, told by axes of the flight, along it, to its left and up
@@ -30,12 +33,15 @@ from rotorpong.vision.flight_filter import (
     fit_window,
     ground,
     path,
+    predict,
+    update,
 )
 
 ANY_SPEED = 20.0  # m/s, sd of each coordinate of a velocity of which nothing is known
 TABLE_HEIGHT_SD = 0.005  # m, of a measured frame
 FREEDOM = 4.0  # nu
 ROUNDS = 2  # of weighting
+FEWEST_BEFORE = 4  # points before a bounce that are fitted alone
 NO_CAMERA = AttitudeQuality(0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
@@ -80,7 +86,7 @@ def prior_of(expectation: Expectation, table_height: float = 0.0) -> Prior:
     )
 
 
-def fit_points(
+def belief_after(
     times: Float[ndarray, "n"],
     positions: Float[ndarray, "n 3"],
     expectation: Expectation = MATCH,
@@ -88,12 +94,11 @@ def fit_points(
     noise: PointNoise = TRACKED,
     table_height: float = 0.0,
     rounds: int = ROUNDS,
-) -> tuple[Belief, float]:
-    """Return the belief at the first point that explains all points best, and its cost.
+) -> Belief:
+    """Return the belief at the last point.
 
-    The cost is chi-square of 3 degrees a point, less the 6 of place and velocity, if the model is
-    right and nothing is weighted. To predict, carry the belief on with `flight_filter.predict` and
-    `prior_of` the same expectation and table.
+    To predict, carry it on with `flight_filter.predict` and `prior_of` the same expectation and
+    table.
 
     Args:
         times: s, increasing, at least 2 that differ.
@@ -105,15 +110,27 @@ def fit_points(
     """
     prior = prior_of(expectation, table_height)
     velocity = (positions[-1] - positions[0]) / (times[-1] - times[0])
-    spread = noise.place_sd**2 * np.eye(3) + noise.stamp_sd**2 * np.outer(velocity, velocity)
-    root = np.linalg.inv(spread)
     known = _known(expectation, prior, float(times[0]), velocity)
-    belief, cost = fit_window(known, _points(times, positions, spread, np.ones(len(times))), prior)
+    spread = noise.place_sd**2 * np.eye(3) + noise.stamp_sd**2 * np.outer(velocity, velocity)
+    root, weights = np.linalg.inv(spread), np.ones(len(times))
     for _ in range(rounds):
-        missed = positions - path(belief, times, prior)
+        belief, _ = fit_window(known, _points(times, positions, spread, weights), prior)
+        missed = positions - path(belief, times, prior)[0]
         weights = (FREEDOM + 3.0) / (FREEDOM + np.sum(missed @ root * missed, axis=1))
-        belief, cost = fit_window(known, _points(times, positions, spread, weights), prior)
-    return belief, cost
+    return _in_two_parts(known, _points(times, positions, spread, weights), prior)
+
+
+def _in_two_parts(known: Belief, points: list[Point], prior: Prior) -> Belief:
+    """Return the belief at the last point: fitted until the bounce, then filtered."""
+    belief, _ = fit_window(known, points, prior)
+    _, bounces = path(belief, np.array([point.time for point in points]), prior)
+    before = int(np.sum(bounces == 0))
+    if not FEWEST_BEFORE <= before < len(points):
+        return predict(belief, points[-1].time, prior)
+    belief, _ = fit_window(known, points[:before], prior)
+    for point in points[before:]:
+        belief, _ = update(predict(belief, point.time, prior), point)
+    return belief
 
 
 def _points(
