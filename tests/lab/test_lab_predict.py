@@ -14,11 +14,12 @@ from rotorpong.lab.flight_frames import along_x, bounce_heights, heights_by_othe
 from rotorpong.lab.predict import Question, predict_flights, predicted, windows_of
 from rotorpong.physics.ball import Air, Ball
 from rotorpong.physics.flight_arcs import find_arcs
+from rotorpong.physics.flight_bounces import UP
 from rotorpong.physics.flight_fit import Table, follow
 from rotorpong.vision.flight_points import MATCH, TRACKED, PointNoise
 
 RATE, HEIGHT = 100.0, -0.02
-FAR = Question(ahead=0.3)  # few windows
+FAR = Question(ahead=0.38)  # few windows
 EXAMPLE = Path(__file__).parents[2] / "examples" / "flight.csv"
 
 
@@ -129,6 +130,15 @@ def test_no_target_lies_where_nothing_was_measured():
     assert not any(low + 1e-9 < one.time < high - 1e-9 for one in windows(gappy, Question()))
 
 
+def test_coarse_stamps_of_which_most_are_equal_are_taken():
+    flight = recorded(4)
+    coarse = replace(flight, times=np.floor(flight.times * RATE / 3.0 + 1e-6) * 3.0 / RATE)
+    taken = windows(coarse, Question())
+    assert taken
+    place = predicted(coarse, taken[0], MATCH, PointNoise(0.0015, 0.01), HEIGHT)
+    assert np.linalg.norm(place - taken[0].target) < 0.3
+
+
 def test_flights_without_noise_are_predicted_to_a_millimetre():
     flight, noise = recorded(5, noise=0.0), PointNoise(1e-6, 0.0)
     errors = {
@@ -147,7 +157,7 @@ def test_pooled_counts_are_sums_and_more_of_the_model_errs_less(found):
     assert found["drag_only"]["n"] == found["gravity_only"]["n"] == found["n"]
     assert found["median_m"] < found["drag_only"]["median_m"] < found["gravity_only"]["median_m"]
     assert found["median_m"] < found["p90_m"]
-    assert found["median_m"] < 0.06
+    assert found["median_m"] < 0.08
 
 
 def test_the_same_question_has_the_same_answer(folder, found):
@@ -176,6 +186,22 @@ def test_the_table_is_found_by_the_bounces_of_other_flights(found):
     assert height == pytest.approx(HEIGHT, abs=0.001)
     assert heights_by_others([[0.5]] + [[0.01]] * 5) == pytest.approx([0.01] * 6)
     assert heights_by_others([[0.5], [0.1]]) == [0.0, 0.0]
+
+
+def test_each_folder_is_a_frame_of_its_own(folder, found, tmp_path):
+    for name, lift in (("low", 0.0), ("high", 0.02)):
+        (tmp_path / name).mkdir()
+        for file in folder.glob("?.csv"):
+            flight = read_flight(file)
+            write(
+                tmp_path / name / file.name,
+                replace(flight, positions=flight.positions + lift * UP),
+            )
+    got = predict_flights(tmp_path, FAR, quiet)
+    heights = {Path(one["flight"]).parent.name: one["table_height_m"] for one in got["flights"]}
+    assert heights["high"] - heights["low"] == pytest.approx(0.02, abs=0.001)
+    assert got["n"] == 2 * found["n"]
+    assert got["median_m"] == pytest.approx(found["median_m"], rel=1e-3)
 
 
 def test_flights_are_turned_together_or_not_at_all():

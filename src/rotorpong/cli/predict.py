@@ -16,7 +16,8 @@ class Predict(Common):
     seed: int = 0
     """Taken by every command; nothing is drawn here."""
     flight: Positional[Path]
-    """CSV of time and position, or a folder of them: origin at the table's centre, z up."""
+    """CSV of time and position, or a folder of them: origin at the table's centre, z up, one frame
+    to a folder."""
     window_s: float = 0.15
     """Length of the points that the filter sees."""
     ahead_s: float = 0.2

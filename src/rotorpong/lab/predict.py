@@ -84,6 +84,16 @@ class Window:
 
 
 @dataclass(frozen=True, slots=True)
+class Recording:
+    """A flight, its table along x."""
+
+    flight: Flight
+    table_height: float  # m
+    windows: tuple[Window, ...]
+    longest: float  # s between strokes
+
+
+@dataclass(frozen=True, slots=True)
 class Missed:
     """By how much one prediction missed."""
 
@@ -105,25 +115,26 @@ def predict_flights(path: Path, question: Question, progress: Progress) -> dict[
     """
     question.check()
     flights, others = read_flight_tree(path)
-    flights = along_x(flights)
-    arcs = [find_arcs(flight.times, flight.positions) for flight in flights]
-    heights = _table_heights(flights, arcs, question)
-    windows = [list(windows_of(*one, question)) for one in zip(flights, arcs, strict=True)]
-    if not any(windows):
-        raise InputError(_none_found(path, flights, arcs, question))
+    recordings = _recordings(flights, question)
+    if not any(one.windows for one in recordings):
+        raise InputError(
+            f"{path}: no window of {question.window:g} s with a point {question.ahead:g} s after "
+            f"it; the longest flight between strokes lasts "
+            f"{max(one.longest for one in recordings):.3f} s"
+        )
     missed: list[list[Missed]] = []
-    for flight, height, found in zip(flights, heights, windows, strict=True):
-        progress(len(missed), len(flights))
-        missed.append([_missed(flight, window, height, question.noise) for window in found])
-    progress(len(flights), len(flights))
+    for one in recordings:
+        progress(len(missed), len(recordings))
+        missed.append([_missed(one, window, question.noise) for window in one.windows])
+    progress(len(recordings), len(recordings))
     return {
         "path": str(path),
         "window_s": question.window,
         "ahead_s": question.ahead,
         **_pooled([one for flight in missed for one in flight]),
         "flights": [
-            {"flight": flight.name, "table_height_m": height, **_by_model(found)}
-            for flight, height, found in zip(flights, heights, missed, strict=True)
+            {"flight": one.flight.name, "table_height_m": one.table_height, **_by_model(found)}
+            for one, found in zip(recordings, missed, strict=True)
             if found
         ],
         "files_passed_over": others,
@@ -139,13 +150,14 @@ def windows_of(flight: Flight, arcs: tuple[Arc, ...], question: Question) -> Ite
         arcs: it, cut.
         question: how long a window is, and how far ahead the target.
     """
-    usual = float(np.median(np.diff(flight.times)))
+    steps = np.diff(flight.times)
+    usual = float(np.median(steps[steps > 0.0]))
     for low, high, bounces in _rallies(flight, arcs):
         times = flight.times[:high]
         for first in range(low, high):
             end = times[first] + question.window
             last = int(np.searchsorted(times, end + 0.5 * usual))
-            whole = times[last - 1] - times[first] > question.window - usual
+            whole = times[last - 1] - times[first] > max(question.window - usual, 0.0)
             time = float(times[last - 1]) + question.ahead
             if last - first < FEWEST_POINTS or not whole:
                 continue
@@ -173,21 +185,34 @@ def predicted(
     return predict(belief, window.time, prior_of(expectation, height)).position
 
 
-def _missed(flight: Flight, window: Window, height: float, noise: PointNoise) -> Missed:
+def _recordings(flights: tuple[Flight, ...], question: Question) -> list[Recording]:
+    """Return what is asked of each flight; those of one folder are of one frame."""
+    folders: dict[Path, list[Flight]] = {}
+    for flight in flights:
+        folders.setdefault(Path(flight.name).parent, []).append(flight)
+    return [one for found in folders.values() for one in _of_one_frame(tuple(found), question)]
+
+
+def _of_one_frame(flights: tuple[Flight, ...], question: Question) -> Iterator[Recording]:
+    flights = along_x(flights)
+    arcs = [find_arcs(flight.times, flight.positions) for flight in flights]
+    heights = heights_by_others([bounce_heights(*one) for one in zip(flights, arcs, strict=True)])
+    if question.table_height is not None:
+        heights = [question.table_height] * len(flights)
+    for flight, cut, height in zip(flights, arcs, heights, strict=True):
+        lasts = [
+            flight.times[high - 1] - flight.times[low] for low, high, _ in _rallies(flight, cut)
+        ]
+        yield Recording(flight, height, tuple(windows_of(flight, cut, question)), max(lasts))
+
+
+def _missed(one: Recording, window: Window, noise: PointNoise) -> Missed:
     places = {
-        name: predicted(flight, window, expectation, noise, height)
+        name: predicted(one.flight, window, expectation, noise, one.table_height)
         for name, expectation in MODELS.items()
     }
     errors = {name: float(np.linalg.norm(place - window.target)) for name, place in places.items()}
     return Missed(window.kind, errors)
-
-
-def _table_heights(
-    flights: tuple[Flight, ...], arcs: list[tuple[Arc, ...]], question: Question
-) -> list[float]:
-    if question.table_height is not None:
-        return [question.table_height] * len(flights)
-    return heights_by_others([bounce_heights(*one) for one in zip(flights, arcs, strict=True)])
 
 
 def _rallies(flight: Flight, arcs: tuple[Arc, ...]) -> list[tuple[int, int, tuple[float, ...]]]:
@@ -239,20 +264,6 @@ def _summary(errors: list[float]) -> dict[str, Any]:
     """Return median, 90 % quantile (m) and count; None of nothing."""
     median, p90 = np.quantile(errors, [0.5, 0.9]).tolist() if errors else (None, None)
     return {"median_m": median, "p90_m": p90, "n": len(errors)}
-
-
-def _none_found(
-    path: Path, flights: tuple[Flight, ...], arcs: list[tuple[Arc, ...]], question: Question
-) -> str:
-    longest = max(
-        flight.times[high - 1] - flight.times[low]
-        for flight, cut in zip(flights, arcs, strict=True)
-        for low, high, _ in _rallies(flight, cut)
-    )
-    return (
-        f"{path}: no window of {question.window:g} s with a point {question.ahead:g} s after it; "
-        f"the longest flight between strokes lasts {longest:.3f} s"
-    )
 
 
 def _require(name: str, value: float, least: float, most: float) -> None:
