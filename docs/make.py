@@ -72,6 +72,14 @@ EXAMPLES = (
     ),
     ("Throw it.", "rotorpong evaluate --player hover --serves serve.csv --balls 5"),
     (
+        "Try the tracker's flight filter on that flight: every 0.15 s of points predict the ball "
+        "0.1 s after the last of them, beside the same without spin and without air. `--ahead-s` "
+        "is 0.2 if not given; this flight is short. A folder of flights is pooled, with a row for "
+        "each. The frame's origin is the table's centre, z up; bounces are predicted through, "
+        "strokes cannot be, and no window reaches across one.",
+        "rotorpong predict flight.csv --ahead-s 0.1",
+    ),
+    (
         "See one serve: onboard above, from beside the table below.",
         "rotorpong throw --player oracle --eyes truth --index 3 --out serve.png",
     ),

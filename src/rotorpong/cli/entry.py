@@ -25,6 +25,7 @@ from rotorpong.cli.calibrate import Calibrate
 from rotorpong.cli.common import say
 from rotorpong.cli.look import Detect, Doctor, Serves
 from rotorpong.cli.play import Demo, Evaluate, Train
+from rotorpong.cli.predict import Predict
 from rotorpong.cli.throw import Throw
 
 BAD_INPUT = 2
@@ -43,6 +44,7 @@ Command = (
     | Annotated[Detect, subcommand("detect")]
     | Annotated[Calibrate, subcommand("calibrate")]
     | Annotated[Serves, subcommand("serves")]
+    | Annotated[Predict, subcommand("predict")]
     | Annotated[Throw, subcommand("throw")]
     | Annotated[Bench, subcommand("bench")]
     | Annotated[Doctor, subcommand("doctor")]

@@ -76,6 +76,28 @@ def conversion_table(result: dict[str, Any]) -> Table:
     return table
 
 
+def prediction_table(result: dict[str, Any]) -> Table:
+    """Show how far off `predict` was: pooled, by what happened, and by flight."""
+    window, ahead = result["window_s"], result["ahead_s"]
+    title = f"{escape(result['path'])}: {ahead:g} s after {window:g} s of points"
+    table = Table(title=title, title_justify="left")
+    for column in ("error", "median cm", "90 % cm", "predictions"):
+        table.add_column(column, justify="left" if column == "error" else "right")
+    table.add_row("gravity only", *_errors(result["gravity_only"]))
+    table.add_row("and drag", *_errors(result["drag_only"]))
+    table.add_row("and spin: the flight filter", *_errors(result))
+    for kind in ("free", "after_bounce", "over_bounce"):
+        table.add_row(f"  {kind.replace('_', ' ')}", *_errors(result[kind]))
+    if len(result["flights"]) > 1:
+        for one in result["flights"]:
+            table.add_row(escape(one["flight"]), *_errors(one))
+    table.caption = (
+        f"passed over: {result['files_passed_over']} files in another layout, "
+        f"{result['flights_passed_over']} flights too short"
+    )
+    return table
+
+
 def stats_table(result: dict[str, Any]) -> Table:
     """Show what `serves stats` found."""
     table = _two_columns(f"{result['balls']} serves {result['serves']}, camera {result['camera']}")
@@ -137,6 +159,12 @@ def findings_table(result: dict[str, Any]) -> Table:
         mark = "ok" if check["ok"] else "[red]problem[/red]"
         table.add_row(check["name"], f"{mark}  {escape(check['found'])}")
     return table
+
+
+def _errors(summary: dict[str, Any]) -> list[str]:
+    lengths = (summary["median_m"], summary["p90_m"])
+    shown = ["-" if length is None else f"{100 * length:.1f}" for length in lengths]
+    return [*shown, str(summary["n"])]
 
 
 def _two_columns(title: str) -> Table:

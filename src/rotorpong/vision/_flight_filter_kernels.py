@@ -189,19 +189,26 @@ def predict(mean, covariance, dt, law, table, spreads, walks):
 def look(mean, pose, expected, slopes):
     """Write what a sight would be, (X/Z, Y/Z, angular radius), and its slopes (3, 16).
 
+    Without a camera it is the ball's place itself.
+
     Args:
         mean: (16,).
-        pose: (12,) camera's place in the world, and rows of the rotation to it from the world.
+        pose: (12,) camera's place in the world, and rows of the rotation to it from the world;
+            NaN where there is no camera.
         expected: (3,).
         slopes: (3, 16).
 
     Returns:
         Whether the ball is before the camera.
     """
+    slopes[:] = 0.0
+    if math.isnan(pose[0]):
+        for i in range(3):
+            expected[i], slopes[i, i] = mean[i], 1.0
+        return True
     rx, ry, rz = mean[0] - pose[0], mean[1] - pose[1], mean[2] - pose[2]
     tx, ty, tz = mean[TILT], mean[TILT + 1], mean[TILT + 2]
     wx, wy, wz = rx - (ty * rz - tz * ry), ry - (tz * rx - tx * rz), rz - (tx * ry - ty * rx)
-    slopes[:] = 0.0
     x = pose[3] * wx + pose[4] * wy + pose[5] * wz
     y = pose[6] * wx + pose[7] * wy + pose[8] * wz
     z = pose[9] * wx + pose[10] * wy + pose[11] * wz

@@ -17,7 +17,8 @@ instant; with F the slopes of the flow,
 
 where Q holds unmodelled acceleration, the gyro's random walk, and, if it bounced, what is not known
 of restitution, friction and the height of the table. A sight is z = (X/Z, Y/Z, angular radius) with
-covariance R, as a camera at a known place, turned by the gyro's attitude and t, sees the ball:
+covariance R, as a camera at a known place, turned by the gyro's attitude and t, sees the ball, or
+a `Point`, p itself, as somebody else's cameras measured it:
 
     S = H P H^T + R,  K = P H^T S^-1,  x <- x0 + K (z - h(x) - H (x0 - x))      iterated
     P <- (I - K H) P (I - K H)^T + K R K^T
@@ -35,7 +36,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy import ndarray
 
 from rotorpong.conventions import BALL_RADIUS, GRAVITY, InputError
@@ -122,6 +123,20 @@ class Sight:
 
 
 @dataclass(frozen=True, slots=True)
+class Point:
+    """The ball's place, as somebody else's cameras measured it."""
+
+    time: float  # s
+    seen: Float[ndarray, "3"]  # m
+    covariance: Float[ndarray, "3 3"]
+
+    @property
+    def pose(self) -> Float[ndarray, "12"]:
+        """No camera's, as the kernels take it."""
+        return np.full(12, math.nan)
+
+
+@dataclass(frozen=True, slots=True)
 class Belief:
     """What is known of the ball at a time."""
 
@@ -176,16 +191,24 @@ def ground(prior: Prior, time: float) -> Belief:
     return Belief(time, mean, np.diag(np.square(sds)))
 
 
-def place(belief: Belief, sight: Sight) -> Belief:
+def place(belief: Belief, sight: Sight | Point) -> Belief:
     """Return the belief with the ball put where a first sight says, as good as unknown there."""
-    ray = np.append(sight.seen[:2], 1.0)
-    distance = BALL_RADIUS / math.sin(max(float(sight.seen[2]), 1e-4))
-    toward = sight.camera_from_world.T @ (ray / np.linalg.norm(ray))
+    position, distance = _place_of(sight)
     mean, covariance = belief.mean.copy(), belief.covariance.copy()
-    mean[:3] = sight.camera_position + distance * toward
+    mean[:3] = position
     covariance[:3, :] = covariance[:, :3] = 0.0
     covariance[:3, :3] = (WIDE * max(1.0, distance)) ** 2 * np.eye(3)
     return Belief(sight.time, mean, covariance)
+
+
+def _place_of(sight: Sight | Point) -> tuple[Float[ndarray, "3"], float]:
+    """Return where a sight shows the ball, and how far from the camera."""
+    if isinstance(sight, Point):
+        return sight.seen, 0.0
+    ray = np.append(sight.seen[:2], 1.0)
+    distance = BALL_RADIUS / math.sin(max(float(sight.seen[2]), 1e-4))
+    toward = sight.camera_from_world.T @ (ray / np.linalg.norm(ray))
+    return sight.camera_position + distance * toward, distance
 
 
 def predict(belief: Belief, time: float, prior: Prior, *, bounces: bool = True) -> Belief:
@@ -212,14 +235,34 @@ def predict(belief: Belief, time: float, prior: Prior, *, bounces: bool = True) 
     return Belief(time, mean, covariance)
 
 
-def update(belief: Belief, sight: Sight) -> tuple[Belief, float]:
+def path(
+    belief: Belief, times: Float[ndarray, "n"], prior: Prior
+) -> tuple[Float[ndarray, "n 3"], Int[ndarray, "n"]]:
+    """Return where the ball is expected at later times, m, and how often it has bounced by then.
+
+    Args:
+        belief: now.
+        times: s, increasing, none before it.
+        prior: the laws.
+    """
+    table, _ = _table(prior, bounces=True)
+    inputs, work = kernels.inputs_of(belief.mean, table), np.empty((3, kernels.FLOWN))
+    places, bounces = np.empty((len(times), 3)), np.zeros(len(times), dtype=int)
+    for i, dt in enumerate(np.diff(times, prepend=belief.time)):
+        bounces[i] = kernels.flow(inputs, dt, prior.air, work)
+        inputs[: kernels.FLOWN] = work[0]
+        places[i] = work[0, :3]
+    return places, np.cumsum(bounces)
+
+
+def update(belief: Belief, sight: Sight | Point) -> tuple[Belief, float]:
     """Return the belief with a sight of the same time taken in, and the NIS of the sight."""
     mean, covariance = belief.mean.copy(), belief.covariance.copy()
     nis = kernels.update(mean, covariance, sight.seen, sight.covariance, sight.pose)
     return Belief(belief.time, mean, covariance), nis
 
 
-def begin(known: Belief, sights: Sequence[Sight], prior: Prior) -> Belief:
+def begin(known: Belief, sights: Sequence[Sight | Point], prior: Prior) -> Belief:
     """Return the belief at the last of the first few sights.
 
     While the velocity is unknown the flow is not linear in it, so all of them are fitted at once.
@@ -261,7 +304,9 @@ def crossing(
     return Crossing(belief.time + time, out[:3, 0].copy(), out[3:6, 0].copy(), out[:, 1:].copy())
 
 
-def fit_window(known: Belief, sights: Sequence[Sight], prior: Prior) -> tuple[Belief, float]:
+def fit_window(
+    known: Belief, sights: Sequence[Sight | Point], prior: Prior
+) -> tuple[Belief, float]:
     """Return the belief at the first sight that explains all sights best, and its cost.
 
     The cost is chi-square of 3 degrees a sight if the model is right.
@@ -293,7 +338,7 @@ def _growing(count: int) -> list[int]:
     return sizes
 
 
-def _first_velocity(known: Belief, sights: Sequence[Sight]) -> Float[ndarray, "3"]:
+def _first_velocity(known: Belief, sights: Sequence[Sight | Point]) -> Float[ndarray, "3"]:
     """Return the velocity that the first sights show, bare of any filter."""
     first = sights[:FIRST_SIGHTS]
     if len(first) < 2:
@@ -305,7 +350,7 @@ def _first_velocity(known: Belief, sights: Sequence[Sight]) -> Float[ndarray, "3
     return np.linalg.lstsq(design, places, rcond=None)[0][1]
 
 
-def _row(sight: Sight, start: float) -> Float[ndarray, "25"]:
+def _row(sight: Sight | Point, start: float) -> Float[ndarray, "25"]:
     spread = sight.covariance.ravel()
     return np.concatenate([[sight.time - start], sight.seen, spread, sight.pose])
 
