@@ -47,8 +47,7 @@ from jaxtyping import Float, UInt8
 from numpy import ndarray
 
 from rotorpong.conventions import InputError
-from rotorpong.vision._matte_kernels import Paint
-from rotorpong.vision._measure_kernels import Found, measure
+from rotorpong.vision._measure_kernels import ABOUT, FOUND, SPREADS, STREAK, measure
 from rotorpong.vision.sphere import symmetric_shape
 
 FIRST_VARIANCE = 0.45  # px^2, of the edge: lens, demosaicing and the pixel itself
@@ -200,7 +199,8 @@ def rolling_shape(
 
 def _measured(
     region: ndarray, guess: Guess, colour: BallColour, offset: tuple[int, int], gamma: float
-) -> Found | None:
+) -> list[float] | None:
+    """Return what `measure` finds, `None` if that is no ball."""
     numbers = (guess.x_px, guess.y_px, guess.diameter_px, *guess.streak_px)
     if not (all(map(math.isfinite, numbers)) and guess.diameter_px > 0.0 and gamma > 0.0):
         raise InputError(f"{guess}, gamma {gamma}: expected finite numbers, size and gamma above 0")
@@ -211,16 +211,18 @@ def _measured(
     if math.hypot(*guess.streak_px) > 2.0 * BLURRED_PX:
         u = np.linalg.solve(shape, 0.5 * np.array(guess.streak_px))
     state = np.array((x, y, 0.5 * guess.diameter_px, u[0], u[1], FIRST_VARIANCE))
-    found = Found(np.zeros((2, 3)), np.zeros((2, 3, 3)), np.zeros(2), np.zeros(8))
+    out = np.zeros(FOUND)
     first = int(guess.sd_px < SHARP_PX)
-    measure(np.ascontiguousarray(region), state, shape, _paint(colour, gamma), first, found)
+    pixels = np.ascontiguousarray(region)
+    measure(pixels, state, shape, _light(gamma), _paint(colour, gamma), first, out)
+    found = out.tolist()
     return found if _is_ball(found, colour, (x, y, guess.diameter_px)) else None
 
 
-def _is_ball(found: Found, colour: BallColour, guess: tuple[float, float, float]) -> bool:
-    scale, sectors, angle, residual = found.about[:4].tolist()
-    x, y, radius = found.discs[EDGE].tolist()
-    variance = float(found.spreads[EDGE, 2, 2])
+def _is_ball(found: list[float], colour: BallColour, guess: tuple[float, float, float]) -> bool:
+    scale, sectors, angle, residual = found[ABOUT : ABOUT + 4]
+    x, y, radius = found[3 * EDGE : 3 * EDGE + 3]
+    variance = found[SPREADS + 9 * EDGE + 8]
     return (
         scale >= 0.0
         and sectors >= LEAST_SECTORS
@@ -233,28 +235,31 @@ def _is_ball(found: Found, colour: BallColour, guess: tuple[float, float, float]
     )
 
 
-def _disc(found: Found, which: int, offset: tuple[int, int], gamma: float) -> BallDisc:
-    x, y, radius = found.discs[which].tolist()
-    across, down = found.streak.tolist()
-    disagreement = float(found.about[4])
+def _disc(found: list[float], which: int, offset: tuple[int, int], gamma: float) -> BallDisc:
+    x, y, radius = found[3 * which : 3 * which + 3]
+    spread = found[SPREADS + 9 * which : SPREADS + 9 * which + 9]
+    across, down = found[STREAK : STREAK + 2]
+    disagreement = found[ABOUT + 4]
     blue, green, red = (
         255.0 * min(max(light / 255.0, 0.0), 1.0) ** (1.0 / gamma)
-        for light in found.about[5:8].tolist()
+        for light in found[ABOUT + 5 : ABOUT + 8]
     )
     return BallDisc(
         x + offset[0],
         y + offset[1],
         radius,
-        found.spreads[which],
+        np.array(spread).reshape(3, 3),
         (across, down),
         None if math.isnan(disagreement) else disagreement,
         (blue, green, red),
     )
 
 
-def _paint(colour: BallColour, gamma: float) -> Paint:
-    known = 255.0 * (np.array(colour.levels_bgr) / 255.0) ** gamma
-    return Paint(_light(gamma), known, float(colour.tolerance), float(colour.shading))
+@functools.lru_cache(maxsize=8)
+def _paint(colour: BallColour, gamma: float) -> Float[ndarray, "5"]:
+    """Return the ball's colour in linear light, its tolerance and its shading."""
+    light = 255.0 * (np.array(colour.levels_bgr) / 255.0) ** gamma
+    return np.array([*light, colour.tolerance, colour.shading])
 
 
 @functools.lru_cache(maxsize=8)
