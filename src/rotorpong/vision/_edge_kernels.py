@@ -20,7 +20,7 @@ from rotorpong.vision._trace_kernels import (
 )
 
 STEPS = 6
-SMALLEST_STEP = 2e-2  # px: the one after it is far smaller
+SMALLEST_STEP, SMALLEST_SD = 2e-2, 0.2  # px; sd: the step after it is far smaller
 FIRST_SCALE, LEAST_SCALE = 2.0, 0.25  # of residuals over what is expected of them
 CLIP = 2.5  # of residuals, in their sd
 LEAST_SPREAD = 0.06  # px^2, variance of the edge: a pixel has 1/12
@@ -39,6 +39,7 @@ def fit_edge(room, n, state, edge, normal):
     """
     band, moving = room.band[: (n + LANES - 1) // LANES], state[3] != 0.0 or state[4] != 0.0
     step, prior, scale = np.zeros(PARAMETERS), np.zeros((2, PARAMETERS)), FIRST_SCALE
+    pulls = np.zeros(PARAMETERS)
     length = 2.0 * math.hypot(state[3], state[4])
     nodes = min(int(length / NODE_SPACING) + 2, MOST_NODES) if moving else 0
     for iteration in range(STEPS):
@@ -49,6 +50,7 @@ def fit_edge(room, n, state, edge, normal):
         for k in range(PARAMETERS):
             normal[k, k] += prior[0, k]
             step[k] += prior[1, k]
+            pulls[k] = step[k]
         if not solve(normal, step, PARAMETERS):
             return -1.0
         limit(step, state[2])
@@ -57,7 +59,10 @@ def fit_edge(room, n, state, edge, normal):
         keep_spread(edge, moving)
         scale = max(1.3 * squares / max(weights - 4.0, 1.0), LEAST_SCALE)
         moved = abs(step[0]) + abs(step[1]) + abs(step[2])
-        if iteration > 0 and moved < SMALLEST_STEP:
+        in_sd = 0.0
+        for k in range(PARAMETERS):
+            in_sd += pulls[k] * step[k] / scale
+        if iteration > 0 and (moved < SMALLEST_STEP or in_sd < SMALLEST_SD**2):
             break
     return scale
 
@@ -102,17 +107,18 @@ def weigh_sectors(room, n, scale, lost):
     Return the rms residual, by the pixels' own variances.
     """
     squares, weights, clip = 0.0, 1e-9, 1.0 / (scale * CLIP * CLIP)
+    band, owners = room.band, room.owners
     for i in range(n):
-        line, k = room.band[i // LANES], i % LANES
-        value, inverse = float(line[VALUE + k]), float(line[INVERSE + k])
-        residual = line[ALPHA + k] - value
+        line, k = i // LANES, i % LANES
+        value, inverse = float(band[line, VALUE + k]), float(band[line, INVERSE + k])
+        residual = band[line, ALPHA + k] - value
         share = 1.0 / (1.0 + residual * residual * inverse * clip)
-        weight, sector = share * share * inverse, room.owners[i]
+        weight, sector = share * share * inverse, owners[i]
         squares += inverse * residual * residual
         weights += inverse
         behind, before = weight * (1.0 - value), weight * value
         for a in range(PARAMETERS):
-            slope = line[S0 + a * LANES + k]
+            slope = band[line, S0 + a * LANES + k]
             lost[0, sector, a] += behind * slope
             lost[1, sector, a] += before * slope
     return math.sqrt(squares / weights)
@@ -143,6 +149,9 @@ def edge_covariance(room, n, factor, scale, covariance):
                 for k in range(PARAMETERS):
                     moved[i] += lost[side, s, k] * columns[k, i]
             for i in range(PARAMETERS):
-                for j in range(PARAMETERS):
+                for j in range(i + 1):
                     covariance[i, j] += variance * moved[i] * moved[j]
+    for i in range(PARAMETERS):
+        for j in range(i):
+            covariance[j, i] = covariance[i, j]
     return residual

@@ -35,6 +35,9 @@ LEAST_NOISE = 0.15  # variance in levels of linear light: rounding
 CORE_NOISE = 0.05  # relative, of a pixel of the ball
 UNMEASURED = 0.8  # brightness of a ball without a core, in that of its paint
 UNSHADED = 0.25  # sd of the brightness where it is not
+FINENESS = 4  # directions per sector in which alpha is taken
+DIRECTIONS, FINE = FINENESS * SECTORS, np.float32(FINENESS)
+SHARE, OWNER = MATTE_PER_SECTOR, MATTE_PER_SECTOR + 1
 LEAST_SHARE = 0.25  # of a pixel's two sectors that must have a background
 LEAST_DIVISOR = 0.2
 CORE_RADIUS = 12.0  # px: of a core this large every second row and column is read
@@ -58,7 +61,9 @@ class Room(NamedTuple):
 
     levels: np.ndarray  # (SECTORS, LEVELS_PER_SECTOR)
     matte: np.ndarray  # (SECTORS, MATTE_PER_SECTOR)
-    lost: np.ndarray  # (SECTORS, 3): what a level that is off by 1 moves of the area's sums
+    blended: np.ndarray  # (DIRECTIONS, MATTE_PER_SECTOR + 2): the matte between sectors; share
+    # that is known, sector that has most of it
+    moments: np.ndarray  # (SECTORS, 9): sums of 1 - alpha, of alpha, each times 1, q; variances
     ball: np.ndarray  # (8,): direction of the colour, its sd; ambient brightness, lamp x, y, z
     places: np.ndarray  # (5 * PLACES,) float32: of pixels of a row
     band: np.ndarray  # (lines, FIELDS * LANES) float32: q, alpha, one over its variance, ...
@@ -168,8 +173,8 @@ def mix(paint, room):
     noise, pooled = ring_noise(levels), np.empty(LEVELS_PER_SECTOR)
     is_shaded = ball[5] != 0.0 or ball[6] != 0.0 or ball[7] != 0.0
     shading = paint.shading if is_shaded else max(paint.shading, UNSHADED)
+    matte[:] = 0.0
     for s in range(SECTORS):
-        matte[s, 6] = levels[s, 0]
         if levels[s, 0] < FEWEST_IN_SECTOR:
             continue
         before, after = levels[(s + SECTORS - 1) % SECTORS], levels[(s + 1) % SECTORS]
@@ -217,9 +222,7 @@ def mix_sector(level, pooled, ball, bright, shading, noise, mixed):
         mixed[4] = noise * (w0 * w0 + w1 * w1 + w2 * w2)
         mixed[5] = max(spread, mixed[4])
         mixed[7] = own * own * uncertain
-        mixed[8], mixed[9] = own, bright
-    else:
-        mixed[6] = 0.0
+        mixed[6], mixed[8], mixed[9] = n, own, bright
 
 
 @kernel
@@ -241,6 +244,25 @@ def ring_noise(levels):
 
 
 @kernel
+def blend(matte, blended):
+    """Write the matte in DIRECTIONS, between the middles of the sectors that have one.
+
+    Then what share of a direction's two sectors has one, and which has most of it.
+    """
+    for m in range(DIRECTIONS):
+        place = (m + 0.5) / FINENESS + (SECTORS - 0.5)
+        s0 = int(place)
+        k1 = place - s0
+        s0, s1 = s0 % SECTORS, (s0 + 1) % SECTORS
+        k0 = 1.0 - k1 if matte[s0, 6] >= FEWEST_IN_SECTOR else 0.0
+        k1 = k1 if matte[s1, 6] >= FEWEST_IN_SECTOR else 0.0
+        whole = 1.0 / max(k0 + k1, LEAST_SHARE)
+        for k in range(MATTE_PER_SECTOR):
+            blended[m, k] = whole * (k0 * matte[s0, k] + k1 * matte[s1, k])
+        blended[m, SHARE], blended[m, OWNER] = k0 + k1, s0 if k0 > k1 else s1
+
+
+@kernel
 def gather(pixels, state, shape, inverse, margins, step, paint, room, area):
     """Write the band of pixels around the outline, and the moments of alpha up to the ring.
 
@@ -248,13 +270,15 @@ def gather(pixels, state, shape, inverse, margins, step, paint, room, area):
     how many pixels the band has.
     """
     core, gap, _ = margins
-    r, places, lost = state[2], room.places, room.lost
+    r, places, band, owners = state[2], room.places, room.band, room.owners
+    light, blended, ball, sums = paint.light, room.blended, room.ball, room.moments
+    blend(room.matte, blended)
     area[:] = 0.0
-    lost[:] = 0.0
+    sums[:] = 0.0
     count, deep, outer2 = 0, r - core, F((r + gap) ** 2)
     half = BAND * math.sqrt(state[5]) + BAND_MARGIN
     least, most = F(max(r - half, 0.0) ** 2), F((r + half) ** 2)
-    is_shaded = room.ball[5] != 0.0 or room.ball[6] != 0.0 or room.ball[7] != 0.0
+    is_shaded = ball[5] != 0.0 or ball[6] != 0.0 or ball[7] != 0.0
     every, stride = thinning(state, half)
     x0, x1, y0, y1 = box_around(pixels, state, shape, r + gap)
     for i in range(y0, y1, step):
@@ -274,30 +298,29 @@ def gather(pixels, state, shape, inverse, margins, step, paint, room, area):
                 near = places[NEAR + k]
                 if near >= outer2:
                     continue
-                s0, s1, k0, k1 = sectors_and_shares(room.matte, float(places[SECTOR + k]))
-                if k0 + k1 < LEAST_SHARE:
+                m = int(places[SECTOR + k] * FINE)
+                if blended[m, SHARE] < LEAST_SHARE:
                     area[3] += 1.0
                     continue
                 qx, qy = float(places[k]), float(places[PLACES + k])
-                bright = brightness(room.ball, qx / r, qy / r) if is_shaded else -math.inf
+                bright = brightness(ball, qx / r, qy / r) if is_shaded else -math.inf
                 alpha, variance, is_clipped = alpha_of(
-                    pixels, i, j + k * step, s0, s1, k0, k1, bright, paint.light, room.matte
+                    pixels, i, j + k * step, m, bright, light, blended
                 )
-                owner = s0 if k0 > k1 else s1
-                add_moments(alpha, variance, qx, qy, area, owner, lost)
-                is_kept = not is_clipped and (i + stride * (j + k * step)) % every == 0
-                if is_kept and least < near < most and count < room.owners.shape[0]:
+                owner = int(blended[m, OWNER])
+                add_moments(alpha, variance, qx, qy, owner, sums)
+                if is_clipped or not least < near < most or count == owners.shape[0]:
+                    continue
+                if every == 1 or (i + stride * (j + k * step)) % every == 0:
                     line, lane = count // LANES, count % LANES
-                    room.band[line, X + lane], room.band[line, Y + lane] = qx, qy
-                    room.band[line, ALPHA + lane] = alpha
-                    room.band[line, INVERSE + lane] = 1.0 / variance
-                    room.owners[count] = owner
+                    band[line, X + lane], band[line, Y + lane] = qx, qy
+                    band[line, ALPHA + lane] = alpha
+                    band[line, INVERSE + lane] = 1.0 / variance
+                    owners[count] = owner
                     count += 1
             j += until * step
-    fill_line(room.band, count)
-    area *= float(step * step)
-    lost *= float(step * step)
-    add_wrong_levels(lost, room.matte, area)
+    fill_line(band, count)
+    add_sectors(sums, room.matte, float(step * step), area)
     return count
 
 
@@ -333,79 +356,59 @@ def add_inside(state, inverse, row, first, count, step, area):
 
 
 @spliced_kernel
-def sectors_and_shares(matte, sectors):
-    """Return the two sectors whose middles a place lies between, and their shares, 0 if unknown."""
-    place = sectors - 0.5
-    s0 = math.floor(place)
-    share = place - s0
-    s1 = (s0 + 1) % SECTORS
-    s0 %= SECTORS
-    k0 = (1.0 - share) if matte[s0, 6] >= FEWEST_IN_SECTOR else 0.0
-    k1 = share if matte[s1, 6] >= FEWEST_IN_SECTOR else 0.0
-    return s0, s1, k0, k1
-
-
-@spliced_kernel
-def alpha_of(pixels, i, j, s0, s1, k0, k1, bright, light, matte):
-    """Return alpha of a pixel between two sectors, its variance, and whether it is cut off.
+def alpha_of(pixels, i, j, m, bright, light, blended):
+    """Return alpha of a pixel in direction m, its variance, and whether it is cut off.
 
     `bright` is the ball's brightness there, -inf for a ball that is not shaded.
     """
     b, g, e = pixels[i, j, 0], pixels[i, j, 1], pixels[i, j, 2]
-    lb, lg, le = light[b], light[g], light[e]
-    a0 = (
-        matte[s0, 0] * lb + matte[s0, 1] * lg + matte[s0, 2] * le - matte[s0, 3]
-        if k0 > 0.0
-        else 0.0
-    )
-    a1 = (
-        matte[s1, 0] * lb + matte[s1, 1] * lg + matte[s1, 2] * le - matte[s1, 3]
-        if k1 > 0.0
-        else 0.0
-    )
-    alpha = (k0 * a0 + k1 * a1) / (k0 + k1)
-    noise = (k0 * matte[s0, 4] + k1 * matte[s1, 4]) / (k0 + k1)
-    spread = (k0 * matte[s0, 5] + k1 * matte[s1, 5]) / (k0 + k1)
+    alpha = blended[m, 0] * light[b] + blended[m, 1] * light[g] + blended[m, 2] * light[e]
+    alpha -= blended[m, 3]
     if bright > -math.inf:
-        slope = (k0 * matte[s0, 8] + k1 * matte[s1, 8]) / (k0 + k1)
-        rim = (k0 * matte[s0, 9] + k1 * matte[s1, 9]) / (k0 + k1)
-        alpha /= max(1.0 + slope * (bright - rim), LEAST_DIVISOR)
+        alpha /= max(1.0 + blended[m, 8] * (bright - blended[m, 9]), LEAST_DIVISOR)
     is_clipped = max(b, g, e) >= CLIPPED and alpha > CLIPPED_ALPHA
     if is_clipped:
         alpha = 1.0
     under = 1.0 - min(max(alpha, 0.0), 1.0)
-    shaded = (k0 * matte[s0, 7] + k1 * matte[s1, 7]) / (k0 + k1)
-    over = 1.0 - under
-    return alpha, noise + under * under * (spread - noise) + over * over * shaded, is_clipped
+    over, noise = 1.0 - under, blended[m, 4]
+    variance = noise + under * under * (blended[m, 5] - noise) + over * over * blended[m, 7]
+    return alpha, variance, is_clipped
 
 
 @spliced_kernel
-def add_moments(alpha, variance, qx, qy, area, owner, lost):
-    """Add a pixel's alpha and its variance to the area's moments, and what its sector's level moves.
+def add_moments(alpha, variance, qx, qy, owner, sums):
+    """Add a pixel's alpha and its variance to its sector's moments.
 
-    The latter is 1 - alpha, and times q.
+    And 1 - alpha, which is what a level that is off by 1 moves.
     """
     under, held = 1.0 - min(max(alpha, 0.0), 1.0), min(max(alpha, -CLAMP), 1.0 + CLAMP)
-    area[0] += held
-    area[1] += held * qx
-    area[2] += held * qy
-    area[4] += variance
-    area[5] += variance * qx * qx
-    area[6] += variance * qy * qy
-    lost[owner, 0] += under
-    lost[owner, 1] += under * qx
-    lost[owner, 2] += under * qy
+    sums[owner, 0] += under
+    sums[owner, 1] += under * qx
+    sums[owner, 2] += under * qy
+    sums[owner, 3] += held
+    sums[owner, 4] += held * qx
+    sums[owner, 5] += held * qy
+    sums[owner, 6] += variance
+    sums[owner, 7] += variance * qx * qx
+    sums[owner, 8] += variance * qy * qy
 
 
 @kernel
-def add_wrong_levels(lost, matte, area):
-    """Add to the area's variances what each sector's wrong background does."""
+def add_sectors(sums, matte, share, area):
+    """Add the sectors' sums to the area's, and to its variances what wrong backgrounds do.
+
+    Each pixel stands for `share` of them.
+    """
+    for s in range(SECTORS):
+        for k in range(3):
+            area[k] += sums[s, 3 + k]
+            area[4 + k] += sums[s, 6 + k]
+    area *= share
     for s in range(SECTORS):
         if matte[s, 6] >= FEWEST_IN_SECTOR:
-            texture = level_variance(matte, s)
-            area[4] += texture * lost[s, 0] ** 2
-            area[5] += texture * lost[s, 1] ** 2
-            area[6] += texture * lost[s, 2] ** 2
+            texture = level_variance(matte, s) * share * share
+            for k in range(3):
+                area[4 + k] += texture * sums[s, k] ** 2
 
 
 @kernel

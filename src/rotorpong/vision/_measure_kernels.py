@@ -11,6 +11,7 @@ from rotorpong.vision._linear_kernels import inverted
 from rotorpong.vision._matte_kernels import (
     BAND,
     BAND_MARGIN,
+    DIRECTIONS,
     FEWEST_IN_SECTOR,
     LEVELS_PER_SECTOR,
     MATTE_PER_SECTOR,
@@ -27,7 +28,7 @@ from rotorpong.vision._trace_kernels import FIELDS, LANES, PARAMETERS, SUMS
 TURNS = 6
 FIRST_GAP, GAP, RING = 1.5, 3.0, 3.0  # px; sigma; px: where the background begins, how far it goes
 COARSE_RADIUS = 5.0  # px: larger balls are looked at with every other pixel first
-CLOSE = 0.2  # px: a turn that moves less is the last
+CLOSE, FAR = 0.2, 0.5  # px; sd: a turn that moves less is the last
 TRUSTED = 0.3  # relative sd of an area to start from
 MOST_BAND = 2048  # pixels of an edge
 LEAST_MOTION = 1.5  # px, of a streak that is fitted as a motion
@@ -97,10 +98,11 @@ def turn_about(pixels, state, shape, paint, first, found):
         if scale < 0.0:
             break
         moved = math.hypot(edge[0], edge[1]) + abs(edge[2] - state[2])
-        blurred = False
-        if at_rest and may_move and edge[4] ** 2 + edge[5] ** 2 > MOVING**4 / 576.0:
+        uneven, blurred = edge[4] ** 2 + edge[5] ** 2, False
+        if moved >= CLOSE or (at_rest and uneven > MOVING**4 / 576.0):
             edge_covariance(room, count, normal, scale, covariance)
-            blurred = is_blurred(edge, covariance)
+            blurred = at_rest and may_move and is_blurred(edge, covariance)
+            moved = moved if is_far(state, edge, covariance) else 0.0
         if not at_rest:
             moved = max(moved - CLOSE, 0.5 * math.hypot(edge[4] - state[3], edge[5] - state[4]))
             if 2.0 * math.hypot(edge[4], edge[5]) < LEAST_MOTION:
@@ -129,7 +131,8 @@ def room_for(pixels, state, shape):
     return Room(
         np.zeros((SECTORS, LEVELS_PER_SECTOR)),
         np.zeros((SECTORS, MATTE_PER_SECTOR)),
-        np.zeros((SECTORS, 3)),
+        np.zeros((DIRECTIONS, MATTE_PER_SECTOR + 2)),
+        np.zeros((SECTORS, 9)),
         np.zeros(8),
         places,
         np.empty((lines, FIELDS * LANES), np.float32),
@@ -169,8 +172,16 @@ def follow_edge(state, shape, edge, blurred):
 @kernel
 def is_blurred(edge, covariance):
     """Tell whether the edge's spread is so surely uneven that the ball must have moved."""
+    uneven = edge[4] ** 2 + edge[5] ** 2
     sure = SURE**2 * (covariance[4, 4] + covariance[5, 5])
-    return edge[4] ** 2 + edge[5] ** 2 > sure
+    return uneven > max((MOVING**2 / 24.0) ** 2, sure)
+
+
+@kernel
+def is_far(state, edge, covariance):
+    """Tell whether the edge is farther from the state than its sd makes matter."""
+    squared = edge[0] ** 2 / covariance[0, 0] + edge[1] ** 2 / covariance[1, 1]
+    return squared + (edge[2] - state[2]) ** 2 / covariance[2, 2] > FAR**2
 
 
 @kernel

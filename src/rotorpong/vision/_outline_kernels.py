@@ -11,7 +11,7 @@ import numpy as np
 from rotorpong.kernels import inlined_kernel, kernel
 
 SECTORS = 24  # around the outline
-PLACES = 32  # pixels of a row that are placed at once
+PLACES = 16  # pixels of a row that are placed at once
 NEAR, SECTOR, RAMP = 2 * PLACES, 3 * PLACES, 4 * PLACES  # where these begin
 
 F = np.float32
