@@ -116,7 +116,7 @@ def trace_moving(line, x, y, r, a, ux, uy, nodes):
 
 @inlined_kernel
 def normal(z):
-    """Return the normal distribution and density at z, to 3e-7.
+    """Return the normal distribution and density at z, to 5e-7.
 
     exp(-z^2 / 2) is the eighth power of a series, the tail Abramowitz and Stegun's 26.2.17.
     """
