@@ -9,8 +9,8 @@ from rotorpong.vision._trace_kernels import (
     FIELDS,
     INVERSE,
     LANES,
-    SUMS,
     S0,
+    SUMS,
     VALUE,
     X,
     Y,
@@ -60,17 +60,17 @@ def field(band, first, count):
 
 
 def test_the_normal_distribution_is_good_to_5e_7_within_four_and_a_half_sd():
-    for z in np.linspace(-4.5, 4.5, 301).astype(np.float32):
+    for z in np.linspace(-4.49, 4.49, 301).astype(np.float32):
         value, density = normal(z)
         assert abs(value - 0.5 * math.erfc(-float(z) / math.sqrt(2.0))) < 5e-7
         expected = math.exp(-0.5 * float(z) ** 2) / math.sqrt(2 * math.pi)
         assert abs(density - expected) < 5e-7
 
 
-def test_beyond_four_and_a_half_sd_it_stays_within_4e_6_of_0_and_1():
+def test_beyond_four_and_a_half_sd_it_is_0_or_1_and_flat():
     for z in (4.5, 7.0, 60.0, 1e6):
-        assert 0.0 <= normal(np.float32(-z))[0] < 4e-6
-        assert 1.0 - 4e-6 < normal(np.float32(z))[0] <= 1.0
+        assert normal(np.float32(-z)) == (0.0, 0.0)
+        assert normal(np.float32(z)) == (1.0, 0.0)
 
 
 @pytest.mark.parametrize(("edge", "nodes"), [(STILL, 0), (MOVING, 12)])
@@ -84,7 +84,7 @@ def test_alpha_is_that_of_the_equations(edge, nodes):
 
 @pytest.mark.parametrize(("edge", "nodes"), [(STILL * [1, 1, 1, 1, 0, 0], 0), (MOVING, 12)])
 def test_slopes_of_the_edge_are_those_of_differences(edge, nodes):
-    """To 4e-5: from 4.5 sd on, the slopes are those there."""
+    """To 1e-4: from 4.5 sd on they are 0."""
     points = np.random.default_rng(8).uniform(-11.0, 11.0, (75, 2))
     band = band_of(points)
     trace(band, edge, nodes)
@@ -92,7 +92,7 @@ def test_slopes_of_the_edge_are_those_of_differences(edge, nodes):
         step = 1e-4 * (np.arange(6) == k)
         ahead, behind = (edge_of(points, edge + sign * step, nodes) for sign in (1, -1))
         slopes = (ahead - behind) / 2e-4
-        np.testing.assert_allclose(field(band, S0 + k * LANES, 75), slopes, atol=4e-5)
+        np.testing.assert_allclose(field(band, S0 + k * LANES, 75), slopes, atol=1e-4)
 
 
 def test_a_ball_that_hardly_moves_has_the_edge_of_one_at_rest():

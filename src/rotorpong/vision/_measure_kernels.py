@@ -7,17 +7,14 @@ import numpy as np
 
 from rotorpong.kernels import kernel
 from rotorpong.vision._edge_kernels import edge_covariance, fit_edge
+from rotorpong.vision._gather_kernels import BAND, BAND_MARGIN, DIRECTIONS, gather
 from rotorpong.vision._linear_kernels import inverted
 from rotorpong.vision._matte_kernels import (
-    BAND,
-    BAND_MARGIN,
-    DIRECTIONS,
     FEWEST_IN_SECTOR,
     LEVELS_PER_SECTOR,
     MATTE_PER_SECTOR,
     Paint,
     Room,
-    gather,
     look,
     mix,
 )
@@ -70,7 +67,7 @@ def measure(pixels, state, shape, light, paint, first, out):
 
 @kernel
 def turn_about(pixels, state, shape, paint, first, found):
-    """Look, gather and fit, over and over from the last edge, until it stays; write what is found."""
+    """Look, gather and fit, again from each edge until it stays; write what is found."""
     inverse, room = inverted(shape), room_for(pixels, state, shape)
     edge, covariance, area = np.zeros(PARAMETERS), np.zeros((PARAMETERS, PARAMETERS)), np.zeros(7)
     normal, count = np.zeros((PARAMETERS, PARAMETERS)), 0

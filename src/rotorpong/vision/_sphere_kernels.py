@@ -71,9 +71,10 @@ def disc(lens, x, y, z, radius):
 
 @kernel
 def positions_of(lens, measured, covariances, radius, positions, spreads):
-    """Write where spheres are that are seen as `measured`, and their covariances; return how it went.
+    """Write where spheres are that are seen as `measured`, and their covariances.
 
-    NO_DISC: one of them is not finite or has no size. NO_SPHERE: none looks like one of them.
+    Return FOUND; NO_DISC if one of the measured is not finite or has no size; NO_SPHERE if no
+    sphere looks like one of them.
 
     Args:
         lens: as that of `discs`.

@@ -20,7 +20,7 @@ SUMS = 29  # of a fit: products of slopes (lower triangle), pulls, weighted squa
 
 F = np.float32
 ZERO, HALF, ONE, TWO, EIGHTH, TINY = F(0), F(0.5), F(1), F(2), F(0.125), F(1e-20)
-FARTHEST = F(4.5)  # sd: from there on alpha is taken as that there
+FARTHEST = F(4.5)  # sd: from there on alpha is 0 or 1
 DENSITY = F(1.0 / math.sqrt(2.0 * math.pi))
 E2, E3, E4, E5 = F(1 / 2), F(1 / 6), F(1 / 24), F(1 / 120)
 E6, E7, E8, E9 = F(1 / 720), F(1 / 5040), F(1 / 40320), F(1 / 362880)
@@ -116,7 +116,7 @@ def trace_moving(line, x, y, r, a, ux, uy, nodes):
 
 @inlined_kernel
 def normal(z):
-    """Return the normal distribution and density at z, to 5e-7.
+    """Return the normal distribution and density at z, to 5e-7; 0 or 1, and 0, from 4.5 sd on.
 
     exp(-z^2 / 2) is the eighth power of a series, the tail Abramowitz and Stegun's 26.2.17.
     """
@@ -129,7 +129,7 @@ def normal(z):
     e *= e
     e *= e
     e *= e
-    density = DENSITY * e
+    density = DENSITY * e if abs(z) < FARTHEST else ZERO
     t = ONE / (ONE + TAIL * far)
     t2 = t * t
     tail = density * t * ((B1 + t * B2) + t2 * ((B3 + t * B4) + t2 * B5))

@@ -11,8 +11,8 @@ pixels give 1 however they are lit, and it avoids what varies behind the ball: b
 textured wall, white lines on a blue table. For a white ball b is grey, and most backgrounds differ
 from it in brightness only, so its shading is taken as better known: B = A + max(0, l . normal), a
 Lambert ball under one lamp, is fitted to its inside. g, S and w are those of 24 sectors of a thin
-ring around the ball, alpha is interpolated between them. A sector whose ball and background differ
-by less than their sd, or without pixels in the picture, has no weight.
+ring around the ball, alpha is interpolated between them, in 96 directions. A sector whose ball and
+background differ by less than their sd, or without pixels in the picture, has no weight.
 
 **Area.** radius = sqrt(sum alpha / pi), centre = centroid of alpha: what a moving ball covers over
 the exposure adds up to the ball's area, whatever the blur. It needs the whole ball and a background
@@ -23,7 +23,8 @@ known all around. Inside, 2.5 sigma from the edge, alpha is 1 without looking.
     alpha = Phi((R - rho) / s),  s^2 = a + b cos 2 phi + c sin 2 phi                  Eq. (3)
     R = r - (a - b cos 2 phi - c sin 2 phi) / (2 r)                                  Eq. (4)
 
-over the pixels around the outline: rho, phi polar coordinates about the centre, s the blur across
+over the pixels around the outline, or every second, third, fifth, ... on a lattice so that some 300
+are left, until a step is below 0.2 sd: rho, phi polar coordinates about the centre, s the blur across
 the edge, (4) what the blur along a curved edge takes away from it (r + sigma^2 / (2 r) undoes it).
 Short streaks of motion are in b, c: L^2 = 24 sqrt(b^2 + c^2). From 2.2 px on (and 3 sd) the ball is
 fitted as one that moves: (3) is averaged over the exposure, -u to u, with u unknown up to its sign.

@@ -88,9 +88,7 @@ def sphere_of_disc(
         raise InputError("discs need finite numbers and a radius above 0 px")
     if outcome == NO_SPHERE:
         raise InputError(f"camera {camera.name}: no sphere in front of it looks like this disc")
-    return SpherePositions(
-        position.reshape(measured.shape), spreads.reshape(*measured.shape, 3)
-    )
+    return SpherePositions(position.reshape(measured.shape), spreads.reshape(*measured.shape, 3))
 
 
 def outline_shape(camera: Camera, pixels: Pixels) -> Float[ndarray, "*batch 2 2"]:
