@@ -1,5 +1,6 @@
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from vision_drawing import GREY, ORANGE, WHITE, disc_coverage, plain
@@ -14,6 +15,7 @@ from rotorpong.vision.matte import (
     measure_ball,
     region_around,
     rolling_shape,
+    streamed,
     without_rolling,
 )
 
@@ -157,6 +159,27 @@ def test_a_sharp_ball_has_no_streak():
     cover = blurred(disc_coverage(SHAPE, (32.3, 30.2), 20.0), 0.6)
     found = measure_ball(picture(cover, noise=2.0), Guess(32.0, 30.0, 19.0), ORANGE_DRAWN)
     assert not found.blurred
+
+
+@pytest.mark.parametrize("ball", [ORANGE_DRAWN, streamed(ORANGE_DRAWN)], ids=["plain", "streamed"])
+def test_half_the_colour_resolution_leaves_a_shaded_ball_its_size_to_two_hundredths(ball):
+    rng, misses, size = np.random.default_rng(11), [], (64, 60)
+    down, across = np.indices(size[::-1])
+    for seed in range(40):
+        center = np.array([32.0, 30.0]) + rng.uniform(-1.0, 1.0, 2)
+        lit = 0.75 + 0.02 * (across - center[0]) + 0.015 * (center[1] - down)
+        cover = blurred(disc_coverage(size[::-1], center, 18.0), 0.6)
+        sent = cv2.cvtColor(picture(cover, shade=lit, noise=2.0, seed=seed), cv2.COLOR_BGR2YCrCb)
+        colours = cv2.resize(sent[..., 1:], (32, 30), interpolation=cv2.INTER_AREA)
+        sent[..., 1:] = cv2.resize(colours, size, interpolation=cv2.INTER_LINEAR)
+        shot = cv2.cvtColor(sent, cv2.COLOR_YCrCb2BGR)
+        misses.append(errors(measure_ball(shot, near(center, 18.0, rng), ball), center, 18.0))
+    assert np.sqrt(np.mean(np.square(misses))) < 0.02
+
+
+def test_a_stream_makes_no_brightness_less_known():
+    assert streamed(WHITE_BALL) == WHITE_BALL
+    assert streamed(ORANGE_BALL) == replace(ORANGE_BALL, shading=0.1)
 
 
 def test_two_measurements_disagree_where_something_of_the_balls_colour_touches_it():

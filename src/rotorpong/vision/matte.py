@@ -10,9 +10,10 @@ the ball's colour (unit length), B its brightness there, g the background. With
 pixels give 1 however they are lit, and it avoids what varies behind the ball: brightness on a
 textured wall, white lines on a blue table. For a white ball b is grey, and most backgrounds differ
 from it in brightness only, so its shading is taken as better known: B = A + max(0, l . normal), a
-Lambert ball under one lamp, is fitted to its inside. g, S and w are those of 24 sectors of a thin
-ring around the ball, alpha is interpolated between them, in 96 directions. A sector whose ball and
-background differ by less than their sd, or without pixels in the picture, has no weight.
+Lambert ball under one lamp, is fitted to its inside. The same goes for any ball that came through a
+stream, in which brightness is sharper than colour (`streamed`). g, S and w are those of 24 sectors
+of a thin ring around the ball, alpha is interpolated between them, in 96 directions. A sector whose
+ball and background differ by less than their sd, or without pixels in the picture, has no weight.
 
 **Area.** radius = sqrt(sum alpha / pi), centre = centroid of alpha: what a moving ball covers over
 the exposure adds up to the ball's area, whatever the blur. It needs the whole ball and a background
@@ -23,12 +24,12 @@ known all around. Inside, 2.5 sigma from the edge, alpha is 1 without looking.
     alpha = Phi((R - rho) / s),  s^2 = a + b cos 2 phi + c sin 2 phi                  Eq. (3)
     R = r - (a - b cos 2 phi - c sin 2 phi) / (2 r)                                  Eq. (4)
 
-over the pixels around the outline, or every second, third, fifth, ... on a lattice so that some 300
-are left, until a step is below 0.2 sd: rho, phi polar coordinates about the centre, s the blur across
-the edge, (4) what the blur along a curved edge takes away from it (r + sigma^2 / (2 r) undoes it).
-Short streaks of motion are in b, c: L^2 = 24 sqrt(b^2 + c^2). From 2.2 px on (and 3 sd) the ball is
-fitted as one that moves: (3) is averaged over the exposure, -u to u, with u unknown up to its sign.
-The centre is that of mid exposure.
+over the pixels around the outline (every second, third, fifth, ... on a lattice, so that some 300
+are left), until a step is below 0.2 sd: rho, phi polar coordinates about the centre, s the blur
+across the edge, (4) what the blur along a curved edge takes away from it (r + sigma^2 / (2 r)
+undoes it). Short streaks of motion are in b, c: L^2 = 24 sqrt(b^2 + c^2). From 2.2 px on (and 3 sd)
+the ball is fitted as one that moves: (3) is averaged over the exposure, -u to u, with u unknown up
+to its sign. The centre is that of mid exposure.
 
 Both measure where the picture is a circle once `shape` is undone (`sphere.outline_shape`).
 Covariances add to that of the pixels what a wrong background of each sector would do. Rendered
@@ -63,6 +64,7 @@ MOST_MOVE = 1.0  # of the centre from the guess, in diameters
 BLURRED_PX = 1.0
 SHARP_PX = 1.0  # sd of a guess that needs no coarse look
 AREA, EDGE = 0, 1  # rows of what is found
+STREAMED_SHADING = 0.1  # relative; of three tried (0.35, 0.2, 0.1) the best at 1, 2.5 and 4 m
 ROUND = np.eye(2)
 
 
@@ -79,6 +81,12 @@ class BallColour:
 ORANGE_BALL = BallColour("orange", (40.0, 128.0, 250.0))
 WHITE_BALL = BallColour("white", (238.0, 242.0, 245.0), tolerance=0.05, shading=0.05)
 BALL_COLOURS = {colour.name: colour for colour in (ORANGE_BALL, WHITE_BALL)}
+
+
+@functools.lru_cache(maxsize=8)
+def streamed(colour: BallColour) -> BallColour:
+    """Return a ball's colour as a stream brings it whose colours have half the resolution."""
+    return replace(colour, shading=min(colour.shading, STREAMED_SHADING))
 
 
 @dataclass(frozen=True, slots=True)

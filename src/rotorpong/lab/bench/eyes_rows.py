@@ -28,7 +28,14 @@ from rotorpong.lab.bench.timing import cpu_seconds
 from rotorpong.physics.camera import ARDRONE2_720P, Camera, directions, row_time
 from rotorpong.vision.detect import find_blobs
 from rotorpong.vision.locate import ball_position
-from rotorpong.vision.matte import ORANGE_BALL, BallDisc, Guess, area_and_edge, measure_ball
+from rotorpong.vision.matte import (
+    ORANGE_BALL,
+    BallDisc,
+    Guess,
+    area_and_edge,
+    measure_ball,
+    streamed,
+)
 from rotorpong.vision.measure import OUTLINE_BIAS_PX, fit_circle
 from rotorpong.vision.sphere import disc_of_sphere, outline_shape, sphere_of_disc
 from rotorpong.world.court import OPPONENT_X, TABLE_HALF_LENGTH
@@ -226,8 +233,9 @@ def _errors(camera: Camera, found: Iterator[View]) -> tuple[dict[str, list[float
         truth = disc_of_sphere(camera, view.ball)
         for method, whole in zip(METHODS[:2], (True, False), strict=True):
             errors[method].append(_depth_of_circle(camera, view, whole=whole) - view.ball[2])
+        colour = streamed(ORANGE_BALL) if camera.stream_mbit_s else ORANGE_BALL
         area, edge = area_and_edge(
-            view.region, guess, ORANGE_BALL, offset=view.offset, gamma=camera.gamma
+            view.region, guess, colour, offset=view.offset, gamma=camera.gamma
         )
         for method, disc in zip(METHODS[2:], (area, edge), strict=True):
             if disc is not None:
