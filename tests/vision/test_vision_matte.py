@@ -173,7 +173,7 @@ def test_half_the_colour_resolution_leaves_a_shaded_ball_its_size_to_two_hundred
         colours = cv2.resize(sent[..., 1:], (32, 30), interpolation=cv2.INTER_AREA)
         sent[..., 1:] = cv2.resize(colours, size, interpolation=cv2.INTER_LINEAR)
         shot = cv2.cvtColor(sent, cv2.COLOR_YCrCb2BGR)
-        misses.append(errors(measure_ball(shot, near(center, 18.0, rng), ball), center, 18.0))
+        misses.append(measure_ball(shot, near(center, 18.0, rng), ball).radius_px - 9.0)
     assert np.sqrt(np.mean(np.square(misses))) < 0.02
 
 
