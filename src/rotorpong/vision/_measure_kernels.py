@@ -6,31 +6,34 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorpong.kernels import kernel
-from rotorpong.vision._edge_kernels import PARAMETERS, fit_edge
+from rotorpong.vision._edge_kernels import edge_covariance, fit_edge
+from rotorpong.vision._gather_kernels import BAND, BAND_MARGIN, DIRECTIONS, gather
 from rotorpong.vision._linear_kernels import inverted
 from rotorpong.vision._matte_kernels import (
-    BAND,
-    BAND_MARGIN,
     FEWEST_IN_SECTOR,
     LEVELS_PER_SECTOR,
     MATTE_PER_SECTOR,
+    Paint,
     Room,
-    gather,
     look,
     mix,
 )
-from rotorpong.vision._outline_kernels import SECTORS, box_around, fits
+from rotorpong.vision._outline_kernels import PLACES, RAMP, SECTORS, box_around, fits
 from rotorpong.vision._shade_kernels import shade
+from rotorpong.vision._trace_kernels import FIELDS, LANES, PARAMETERS, SUMS
 
 TURNS = 6
 FIRST_GAP, GAP, RING = 1.5, 3.0, 3.0  # px; sigma; px: where the background begins, how far it goes
 COARSE_RADIUS = 5.0  # px: larger balls are looked at with every other pixel first
-CLOSE = 0.2  # px: a turn that moves less is the last
+CLOSE, FAR = 0.2, 0.5  # px; sd: a turn that moves less is the last
 TRUSTED = 0.3  # relative sd of an area to start from
-MOST_BAND = 8192  # pixels of an edge
+MOST_BAND = 2048  # pixels of an edge
 LEAST_MOTION = 1.5  # px, of a streak that is fitted as a motion
 SIGNIFICANT = 2.0  # sd, of a streak that is told
 MOVING, SURE = 2.2, 3.0  # px; sd: longer streaks are motions, shorter ones an edge of uneven spread
+
+
+SPREADS, STREAK, ABOUT, FOUND = 6, 24, 26, 34  # where parts of `Found` begin, and its end
 
 
 class Found(NamedTuple):
@@ -44,14 +47,30 @@ class Found(NamedTuple):
 
 
 @kernel
-def measure(pixels, state, shape, paint, first, found):
-    """Measure one ball; `state` (x, y, r, ux, uy, edge's variance) is the guess and the last frame.
+def measure(pixels, state, shape, light, paint, first, out):
+    """Measure one ball.
 
-    `first` is the first turn: 0, a coarse one, or 1 after a guess as good as what that leads to. A
-    scale below 0 in `found` tells that there is nothing to fit.
+    Args:
+        pixels: (height, width, 3) uint8.
+        state: (6,): x, y, r, ux, uy, the edge's variance: the guess, and the last frame afterwards.
+        shape: (2, 2), of the outline.
+        light: (256,) linear light of a level.
+        paint: (5,): the ball's colour in linear light, and the last two of `Paint`.
+        first: turn: 0, a coarse one, or 1 after a guess as good as what that leads to.
+        out: (FOUND,), to be written: `Found` in a row. A scale below 0: there is nothing to fit.
     """
+    discs, spreads = out[:SPREADS].reshape((2, 3)), out[SPREADS:STREAK].reshape((2, 3, 3))
+    found = Found(discs, spreads, out[STREAK:ABOUT], out[ABOUT:])
+    told = Paint(light, paint[:3], paint[3], paint[4])
+    turn_about(pixels, state, shape, told, first, found)
+
+
+@kernel
+def turn_about(pixels, state, shape, paint, first, found):
+    """Look, gather and fit, again from each edge until it stays; write what is found."""
     inverse, room = inverted(shape), room_for(pixels, state, shape)
     edge, covariance, area = np.zeros(PARAMETERS), np.zeros((PARAMETERS, PARAMETERS)), np.zeros(7)
+    normal, count = np.zeros((PARAMETERS, PARAMETERS)), 0
     scale, angle, whole, may_move = -1.0, 0.0, False, True
     for turn in range(first, TURNS):
         sigma = math.sqrt(state[5])
@@ -72,11 +91,15 @@ def measure(pixels, state, shape, paint, first, found):
         edge[0], edge[1], edge[2], edge[3] = 0.0, 0.0, state[2], state[5]
         if turn == 1 or not at_rest:
             edge[4], edge[5] = state[3], state[4]
-        scale = fit_edge(room, count, state, edge, covariance, found.about)
+        scale = fit_edge(room, count, state, edge, normal)
         if scale < 0.0:
             break
         moved = math.hypot(edge[0], edge[1]) + abs(edge[2] - state[2])
-        blurred = at_rest and may_move and is_blurred(edge, covariance)
+        uneven, blurred = edge[4] ** 2 + edge[5] ** 2, False
+        if moved >= CLOSE or (at_rest and uneven > MOVING**4 / 576.0):
+            edge_covariance(room, count, normal, scale, covariance)
+            blurred = at_rest and may_move and is_blurred(edge, covariance)
+            moved = moved if is_far(state, edge, covariance) else 0.0
         if not at_rest:
             moved = max(moved - CLOSE, 0.5 * math.hypot(edge[4] - state[3], edge[5] - state[4]))
             if 2.0 * math.hypot(edge[4], edge[5]) < LEAST_MOTION:
@@ -87,6 +110,8 @@ def measure(pixels, state, shape, paint, first, found):
             break
         follow_edge(state, shape, edge, blurred)
     found.about[0], found.about[2] = scale, angle
+    if scale >= 0.0:
+        found.about[3] = edge_covariance(room, count, normal, scale, covariance)
     report_edge(state, shape, edge, covariance, found)
     report_area(state, shape, area, whole, found)
     report_matte(room, found)
@@ -96,12 +121,20 @@ def measure(pixels, state, shape, paint, first, found):
 def room_for(pixels, state, shape):
     """Return memory for a measurement that starts here."""
     x0, x1, y0, y1 = box_around(pixels, state, shape, 1.5 * state[2] + 4.0)
-    n = min(max((x1 - x0) * (y1 - y0), 256), MOST_BAND)
+    lines = min(max((x1 - x0) * (y1 - y0), 256), MOST_BAND) // LANES
+    places = np.zeros(5 * PLACES, np.float32)
+    for k in range(PLACES):
+        places[RAMP + k] = k
     return Room(
         np.zeros((SECTORS, LEVELS_PER_SECTOR)),
         np.zeros((SECTORS, MATTE_PER_SECTOR)),
+        np.zeros((DIRECTIONS, MATTE_PER_SECTOR + 2)),
+        np.zeros((SECTORS, 9)),
         np.zeros(8),
-        np.empty((n, 5)),
+        places,
+        np.empty((lines, FIELDS * LANES), np.float32),
+        np.empty(lines * LANES, np.int64),
+        np.empty(SUMS * LANES, np.float32),
     )
 
 
@@ -135,10 +168,17 @@ def follow_edge(state, shape, edge, blurred):
 
 @kernel
 def is_blurred(edge, covariance):
-    """Tell whether the edge's spread is so uneven that the ball must have moved."""
+    """Tell whether the edge's spread is so surely uneven that the ball must have moved."""
     uneven = edge[4] ** 2 + edge[5] ** 2
     sure = SURE**2 * (covariance[4, 4] + covariance[5, 5])
     return uneven > max((MOVING**2 / 24.0) ** 2, sure)
+
+
+@kernel
+def is_far(state, edge, covariance):
+    """Tell whether the edge is farther from the state than its sd makes matter."""
+    squared = edge[0] ** 2 / covariance[0, 0] + edge[1] ** 2 / covariance[1, 1]
+    return squared + (edge[2] - state[2]) ** 2 / covariance[2, 2] > FAR**2
 
 
 @kernel

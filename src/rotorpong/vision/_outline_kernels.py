@@ -6,9 +6,18 @@ q = shape^-1 (pixel - centre). A state is x, y, r, ux, uy.
 
 import math
 
-from rotorpong.kernels import kernel
+import numpy as np
+
+from rotorpong.kernels import inlined_kernel, kernel
 
 SECTORS = 24  # around the outline
+PLACES = 16  # pixels of a row that are placed at once
+NEAR, SECTOR, RAMP = 2 * PLACES, 3 * PLACES, 4 * PLACES  # where these begin
+
+F = np.float32
+ZERO, HALF, ONE, TWO, TINY = F(0), F(0.5), F(1), F(2), F(1e-20)
+PI, OCTANT, BEND = F(3.1415927), F(0.785398), F(0.273)  # arctan z to 0.004
+PER_RADIAN, LAST = F(SECTORS / 6.283185307), F(SECTORS)
 
 
 @kernel
@@ -37,38 +46,75 @@ def fits(pixels, state, shape, gap):
 
 
 @kernel
-def capsule(qx, qy, ux, uy, uu):
-    """Return distances from the segment -u .. u, and from the farther of its ends, squared."""
-    squared = qx * qx + qy * qy
-    if uu == 0.0:
-        return squared, squared
-    along = qx * ux + qy * uy
-    t = min(max(along / uu, -1.0), 1.0)
-    return max(squared + t * (t * uu - 2.0 * along), 0.0), squared + 2.0 * abs(along) + uu
+def deep_span(state, shape, inverse, row, reach):
+    """Return the columns (from, to; to exclusive) of a row within `reach` of both ends.
+
+    Those are the pixels whose farthest point of the segment is nearer than `reach`.
+    """
+    first, last = chord(state, shape, inverse, row, reach, 1.0)
+    if state[3] != 0.0 or state[4] != 0.0:
+        left, right = chord(state, shape, inverse, row, reach, -1.0)
+        first, last = max(first, left), min(last, right)
+    return first, max(first, last)
 
 
 @kernel
-def sector_around(qx, qy, r, ux, uy, uu):
-    """Return the sector of a place as it is seen from a capsule that is squeezed to a circle."""
-    if uu == 0.0:
-        return sector_of(qx, qy)
+def chord(state, shape, inverse, row, reach, end):
+    """Return the columns (from, to; to exclusive) of a row within `reach` of one end, +-1 u."""
+    x = state[0] + end * (shape[0, 0] * state[3] + shape[0, 1] * state[4])
+    dy = row - state[1] - end * (shape[1, 0] * state[3] + shape[1, 1] * state[4])
+    a = inverse[0, 0] * inverse[0, 0] + inverse[1, 0] * inverse[1, 0]
+    b = (inverse[0, 0] * inverse[0, 1] + inverse[1, 0] * inverse[1, 1]) * dy
+    c = (inverse[0, 1] * inverse[0, 1] + inverse[1, 1] * inverse[1, 1]) * dy * dy
+    squared = b * b - a * (c - reach * reach)
+    if reach <= 0.0 or squared <= 0.0:
+        return 0, 0
+    half = math.sqrt(squared) / a
+    return math.ceil(x - b / a - half), math.floor(x - b / a + half) + 1
+
+
+@kernel
+def place_row(places, state, inverse, row, first, step):
+    """Write where the pixels `first`, `first + step`, ... of a row lie about the outline.
+
+    Args:
+        places: (5 * PLACES,) float32: q, distance from the segment squared, sector as it is seen
+            from a capsule that is squeezed to a circle; 0, 1, 2, ... that is only read.
+        state: x, y, r, ux, uy.
+        inverse: of the shape.
+        row: of the picture.
+        first: column.
+        step: from one column to the next.
+    """
+    x, dy, apart = F(first - state[0]), F(row - state[1]), F(step)
+    qx_row, qy_row = F(inverse[0, 1]) * dy, F(inverse[1, 1]) * dy
+    a, b = F(inverse[0, 0]), F(inverse[1, 0])
+    ux, uy = F(state[3]), F(state[4])
+    uu = ux * ux + uy * uy
     length = math.sqrt(uu)
-    along = (qx * ux + qy * uy) / uu * length / (r + length)
-    return sector_of(qx - along * ux, qy - along * uy)
+    share = ONE / uu if uu > ZERO else ZERO
+    squeeze = length / (F(state[2]) + length)
+    for k in range(PLACES):
+        dx = x + apart * places[RAMP + k]
+        qx, qy = a * dx + qx_row, b * dx + qy_row
+        along = qx * ux + qy * uy
+        t = along * share
+        t_near = min(max(t, -ONE), ONE)
+        near = qx * qx + qy * qy + t_near * (t_near * uu - TWO * along)
+        places[k] = qx
+        places[PLACES + k] = qy
+        places[NEAR + k] = near if near > ZERO else ZERO
+        places[SECTOR + k] = sector_of(qx - t * squeeze * ux, qy - t * squeeze * uy)
 
 
-@kernel
+@inlined_kernel
 def sector_of(x, y):
     """Return the angle of (x, y) in sectors, 0 <= s < SECTORS, good to 0.02 of one."""
     ax, ay = abs(x), abs(y)
-    small, large = min(ax, ay), max(ax, ay)
-    z = small / large if large > 0.0 else 0.0
-    angle = z * (0.785398 + 0.273 * (1.0 - z))
-    if ay > ax:
-        angle = 1.570796 - angle
-    if x < 0.0:
-        angle = 3.141593 - angle
-    if y < 0.0:
-        angle = 6.283185 - angle
-    s = angle * (SECTORS / 6.283185307)
-    return s if s < SECTORS else 0.0
+    z = min(ax, ay) / (max(ax, ay) + TINY)
+    angle = z * (OCTANT + BEND * (ONE - z))
+    angle = HALF * PI - angle if ay > ax else angle
+    angle = PI - angle if x < ZERO else angle
+    angle = TWO * PI - angle if y < ZERO else angle
+    s = angle * PER_RADIAN
+    return s if s < LAST else ZERO

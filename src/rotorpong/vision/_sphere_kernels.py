@@ -13,6 +13,9 @@ SMALLEST_ERROR, LARGEST_ERROR = 1e-8, 1e-5  # px
 UNDISTORTION_STEPS, SMALLEST_STEP = 20, 1e-13
 DIFFERENCE = 1e-4  # of the distance
 SMALLEST_DEPTH = 1e-3  # cos^2 of an angle from the axis
+FOUND, NO_DISC, NO_SPHERE = 0, 1, 2
+_ANGLES = 2.0 * np.pi * np.arange(OUTLINE_POINTS) / OUTLINE_POINTS
+COSINES, SINES = np.cos(_ANGLES), np.sin(_ANGLES)
 
 
 @kernel
@@ -46,8 +49,7 @@ def disc(lens, x, y, z, radius):
     area, moment_x, moment_y = 0.0, 0.0, 0.0
     shift_x, shift_y = distorted(lens, middle_x, middle_y)
     for k in range(OUTLINE_POINTS):
-        angle = 2.0 * math.pi * k / OUTLINE_POINTS
-        c, s = math.cos(angle), math.sin(angle)
+        c, s = COSINES[k], SINES[k]
         a = middle_x + along * c * cosine - across * s * sine
         b = middle_y + along * c * sine + across * s * cosine
         da, db = -along * s * cosine - across * c * sine, -along * s * sine + across * c * cosine
@@ -68,34 +70,65 @@ def disc(lens, x, y, z, radius):
 
 
 @kernel
-def positions_of(lens, measured, radius, positions, slopes):
-    """Write where spheres are that are seen as `measured`, and the slopes of that picture.
+def positions_of(lens, measured, covariances, radius, positions, spreads):
+    """Write where spheres are that are seen as `measured`, and their covariances.
 
-    `slopes[i]` is d (x, y, radius) / d position. nan where no sphere looks like that.
+    Return FOUND; NO_DISC if one of the measured is not finite or has no size; NO_SPHERE if no
+    sphere looks like one of them.
+
+    Args:
+        lens: as that of `discs`.
+        measured: (n, 3), x, y, radius, px.
+        covariances: (n, 3, 3), of the measured, or (1, 3, 3) of each.
+        radius: of the spheres, m.
+        positions: (n, 3), to be written.
+        spreads: (n, 3, 3), to be written.
     """
+    slopes, inverse = np.empty((3, 3)), np.empty((3, 3))
     for i in range(measured.shape[0]):
-        a, b = undistorted(lens, measured[i, 0], measured[i, 1])
-        uu, uv, vu, vv = distortion_slopes(lens, a, b)
-        area = math.pi * measured[i, 2] ** 2 / (lens[0] * lens[1] * abs(uu * vv - uv * vu))
-        x, y, z = plane_inverse(a, b, area, radius)
-        error = np.inf
-        for _ in range(NEWTON_STEPS):
-            picture_slopes(lens, x, y, z, radius, slopes[i])
-            u, v, r = disc(lens, x, y, z, radius)
-            du, dv, dr = measured[i, 0] - u, measured[i, 1] - v, measured[i, 2] - r
-            error = abs(du) + abs(dv) + abs(dr)
-            if not error > SMALLEST_ERROR:
-                break
-            dx, dy, dz = solve3(slopes[i], du, dv, dr)
-            x, y, z = x + dx, y + dy, z + dz
-        if not error < LARGEST_ERROR:
-            x, y, z = np.nan, np.nan, np.nan
+        x, y, r = measured[i, 0], measured[i, 1], measured[i, 2]
+        if not (math.isfinite(x + y + r) and r > 0.0):
+            return NO_DISC
+    for i in range(measured.shape[0]):
+        x, y, z, is_found = position_of(lens, measured[i], radius, slopes)
+        if not is_found:
+            return NO_SPHERE
         positions[i, 0], positions[i, 1], positions[i, 2] = x, y, z
+        invert3(slopes, inverse)
+        carry(inverse, covariances[i if covariances.shape[0] > 1 else 0], spreads[i])
+    return FOUND
+
+
+@kernel
+def position_of(lens, measured, radius, slopes):
+    """Return where a sphere is that is seen as `measured`, and whether there is one.
+
+    `slopes` becomes d (x, y, radius) / d position.
+    """
+    a, b = undistorted(lens, measured[0], measured[1])
+    uu, uv, vu, vv = distortion_slopes(lens, a, b)
+    area = math.pi * measured[2] ** 2 / (lens[0] * lens[1] * abs(uu * vv - uv * vu))
+    x, y, z = plane_inverse(a, b, area, radius)
+    error = np.inf
+    for _ in range(NEWTON_STEPS):
+        picture_slopes(lens, x, y, z, radius, slopes)
+        u, v, r = disc(lens, x, y, z, radius)
+        du, dv, dr = measured[0] - u, measured[1] - v, measured[2] - r
+        error = abs(du) + abs(dv) + abs(dr)
+        if not error > SMALLEST_ERROR:
+            break
+        dx, dy, dz = solve3(slopes, du, dv, dr)
+        x, y, z = x + dx, y + dy, z + dz
+    return x, y, z, error < LARGEST_ERROR and math.isfinite(x + y + z)
 
 
 @kernel
 def shapes(lens, pixels, out):
-    """Write d pixel / d (direction's two angles) of each pixel: a small sphere's picture."""
+    """Write the shape of a small sphere's outline at each pixel.
+
+    That of d pixel / d (direction's two angles).
+    """
+    bent = np.empty((2, 2))
     for i in range(pixels.shape[0]):
         a, b = undistorted(lens, pixels[i, 0], pixels[i, 1])
         uu, uv, vu, vv = distortion_slopes(lens, a, b)
@@ -103,8 +136,28 @@ def shapes(lens, pixels, out):
         length = math.sqrt(1.0 + squared)
         stretch = (length - 1.0) / squared if squared > 0.0 else 0.0  # Eq. (2) with rho -> 0
         aa, ab, bb = 1.0 + stretch * a * a, stretch * a * b, 1.0 + stretch * b * b
-        out[i, 0, 0], out[i, 0, 1] = lens[0] * (uu * aa + uv * ab), lens[0] * (uu * ab + uv * bb)
-        out[i, 1, 0], out[i, 1, 1] = lens[1] * (vu * aa + vv * ab), lens[1] * (vu * ab + vv * bb)
+        bent[0, 0], bent[0, 1] = lens[0] * (uu * aa + uv * ab), lens[0] * (uu * ab + uv * bb)
+        bent[1, 0], bent[1, 1] = lens[1] * (vu * aa + vv * ab), lens[1] * (vu * ab + vv * bb)
+        symmetrise(bent, out[i])
+
+
+@kernel
+def symmetric(matrices, out):
+    """Write `symmetrise` of each matrix, (n, 2, 2)."""
+    for i in range(matrices.shape[0]):
+        symmetrise(matrices[i], out[i])
+
+
+@kernel
+def symmetrise(m, out):
+    """Write the symmetric matrix of determinant 1 that draws the same ellipse, but for its size."""
+    size = abs(m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0])
+    aa = (m[0, 0] * m[0, 0] + m[0, 1] * m[0, 1]) / size
+    ab = (m[0, 0] * m[1, 0] + m[0, 1] * m[1, 1]) / size
+    bb = (m[1, 0] * m[1, 0] + m[1, 1] * m[1, 1]) / size
+    scale = 1.0 / math.sqrt(aa + bb + 2.0)
+    out[0, 0], out[0, 1] = scale * (aa + 1.0), scale * ab
+    out[1, 0], out[1, 1] = scale * ab, scale * (bb + 1.0)
 
 
 @kernel
@@ -158,6 +211,25 @@ def solve3(m, a, b, c):
     z = a * k2 + b * (m[0, 1] * m[2, 0] - m[0, 0] * m[2, 1])
     z += c * (m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0])
     return x / determinant, y / determinant, z / determinant
+
+
+@kernel
+def invert3(m, out):
+    """Write the inverse of m, column by column; nan if m is singular."""
+    out[0, 0], out[1, 0], out[2, 0] = solve3(m, 1.0, 0.0, 0.0)
+    out[0, 1], out[1, 1], out[2, 1] = solve3(m, 0.0, 1.0, 0.0)
+    out[0, 2], out[1, 2], out[2, 2] = solve3(m, 0.0, 0.0, 1.0)
+
+
+@kernel
+def carry(m, covariance, out):
+    """Write m covariance m^T."""
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = 0.0
+            for a in range(3):
+                for b in range(3):
+                    out[i, j] += m[i, a] * covariance[a, b] * m[j, b]
 
 
 @kernel

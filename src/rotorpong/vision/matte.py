@@ -10,9 +10,10 @@ the ball's colour (unit length), B its brightness there, g the background. With
 pixels give 1 however they are lit, and it avoids what varies behind the ball: brightness on a
 textured wall, white lines on a blue table. For a white ball b is grey, and most backgrounds differ
 from it in brightness only, so its shading is taken as better known: B = A + max(0, l . normal), a
-Lambert ball under one lamp, is fitted to its inside. g, S and w are those of 24 sectors of a thin
-ring around the ball, alpha is interpolated between them. A sector whose ball and background differ
-by less than their sd, or without pixels in the picture, has no weight.
+Lambert ball under one lamp, is fitted to its inside. The same goes for any ball that came through a
+stream, in which brightness is sharper than colour (`streamed`). g, S and w are those of 24 sectors
+of a thin ring around the ball, alpha is interpolated between them, in 96 directions. A sector whose
+ball and background differ by less than their sd, or without pixels in the picture, has no weight.
 
 **Area.** radius = sqrt(sum alpha / pi), centre = centroid of alpha: what a moving ball covers over
 the exposure adds up to the ball's area, whatever the blur. It needs the whole ball and a background
@@ -23,11 +24,12 @@ known all around. Inside, 2.5 sigma from the edge, alpha is 1 without looking.
     alpha = Phi((R - rho) / s),  s^2 = a + b cos 2 phi + c sin 2 phi                  Eq. (3)
     R = r - (a - b cos 2 phi - c sin 2 phi) / (2 r)                                  Eq. (4)
 
-over the pixels around the outline: rho, phi polar coordinates about the centre, s the blur across
-the edge, (4) what the blur along a curved edge takes away from it (r + sigma^2 / (2 r) undoes it).
-Short streaks of motion are in b, c: L^2 = 24 sqrt(b^2 + c^2). From 2.2 px on (and 3 sd) the ball is
-fitted as one that moves: (3) is averaged over the exposure, -u to u, with u unknown up to its sign.
-The centre is that of mid exposure.
+over the pixels around the outline (every second, third, fifth, ... on a lattice, so that some 300
+are left), until a step is below 0.2 sd: rho, phi polar coordinates about the centre, s the blur
+across the edge, (4) what the blur along a curved edge takes away from it (r + sigma^2 / (2 r)
+undoes it). Short streaks of motion are in b, c: L^2 = 24 sqrt(b^2 + c^2). From 2.2 px on (and 3 sd)
+the ball is fitted as one that moves: (3) is averaged over the exposure, -u to u, with u unknown up
+to its sign. The centre is that of mid exposure.
 
 Both measure where the picture is a circle once `shape` is undone (`sphere.outline_shape`).
 Covariances add to that of the pixels what a wrong background of each sector would do. Rendered
@@ -47,8 +49,7 @@ from jaxtyping import Float, UInt8
 from numpy import ndarray
 
 from rotorpong.conventions import InputError
-from rotorpong.vision._matte_kernels import Paint
-from rotorpong.vision._measure_kernels import Found, measure
+from rotorpong.vision._measure_kernels import ABOUT, FOUND, SPREADS, STREAK, measure
 from rotorpong.vision.sphere import symmetric_shape
 
 FIRST_VARIANCE = 0.45  # px^2, of the edge: lens, demosaicing and the pixel itself
@@ -63,6 +64,7 @@ MOST_MOVE = 1.0  # of the centre from the guess, in diameters
 BLURRED_PX = 1.0
 SHARP_PX = 1.0  # sd of a guess that needs no coarse look
 AREA, EDGE = 0, 1  # rows of what is found
+STREAMED_SHADING = 0.1  # relative; of three tried (0.35, 0.2, 0.1) the best at 1, 2.5 and 4 m
 ROUND = np.eye(2)
 
 
@@ -79,6 +81,12 @@ class BallColour:
 ORANGE_BALL = BallColour("orange", (40.0, 128.0, 250.0))
 WHITE_BALL = BallColour("white", (238.0, 242.0, 245.0), tolerance=0.05, shading=0.05)
 BALL_COLOURS = {colour.name: colour for colour in (ORANGE_BALL, WHITE_BALL)}
+
+
+@functools.lru_cache(maxsize=8)
+def streamed(colour: BallColour) -> BallColour:
+    """Return a ball's colour as a stream brings it whose colours have half the resolution."""
+    return replace(colour, shading=min(colour.shading, STREAMED_SHADING))
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,7 +208,8 @@ def rolling_shape(
 
 def _measured(
     region: ndarray, guess: Guess, colour: BallColour, offset: tuple[int, int], gamma: float
-) -> Found | None:
+) -> list[float] | None:
+    """Return what `measure` finds, `None` if that is no ball."""
     numbers = (guess.x_px, guess.y_px, guess.diameter_px, *guess.streak_px)
     if not (all(map(math.isfinite, numbers)) and guess.diameter_px > 0.0 and gamma > 0.0):
         raise InputError(f"{guess}, gamma {gamma}: expected finite numbers, size and gamma above 0")
@@ -211,16 +220,18 @@ def _measured(
     if math.hypot(*guess.streak_px) > 2.0 * BLURRED_PX:
         u = np.linalg.solve(shape, 0.5 * np.array(guess.streak_px))
     state = np.array((x, y, 0.5 * guess.diameter_px, u[0], u[1], FIRST_VARIANCE))
-    found = Found(np.zeros((2, 3)), np.zeros((2, 3, 3)), np.zeros(2), np.zeros(8))
+    out = np.zeros(FOUND)
     first = int(guess.sd_px < SHARP_PX)
-    measure(np.ascontiguousarray(region), state, shape, _paint(colour, gamma), first, found)
+    pixels = np.ascontiguousarray(region)
+    measure(pixels, state, shape, _light(gamma), _paint(colour, gamma), first, out)
+    found = out.tolist()
     return found if _is_ball(found, colour, (x, y, guess.diameter_px)) else None
 
 
-def _is_ball(found: Found, colour: BallColour, guess: tuple[float, float, float]) -> bool:
-    scale, sectors, angle, residual = found.about[:4].tolist()
-    x, y, radius = found.discs[EDGE].tolist()
-    variance = float(found.spreads[EDGE, 2, 2])
+def _is_ball(found: list[float], colour: BallColour, guess: tuple[float, float, float]) -> bool:
+    scale, sectors, angle, residual = found[ABOUT : ABOUT + 4]
+    x, y, radius = found[3 * EDGE : 3 * EDGE + 3]
+    variance = found[SPREADS + 9 * EDGE + 8]
     return (
         scale >= 0.0
         and sectors >= LEAST_SECTORS
@@ -233,28 +244,31 @@ def _is_ball(found: Found, colour: BallColour, guess: tuple[float, float, float]
     )
 
 
-def _disc(found: Found, which: int, offset: tuple[int, int], gamma: float) -> BallDisc:
-    x, y, radius = found.discs[which].tolist()
-    across, down = found.streak.tolist()
-    disagreement = float(found.about[4])
+def _disc(found: list[float], which: int, offset: tuple[int, int], gamma: float) -> BallDisc:
+    x, y, radius = found[3 * which : 3 * which + 3]
+    spread = found[SPREADS + 9 * which : SPREADS + 9 * which + 9]
+    across, down = found[STREAK : STREAK + 2]
+    disagreement = found[ABOUT + 4]
     blue, green, red = (
         255.0 * min(max(light / 255.0, 0.0), 1.0) ** (1.0 / gamma)
-        for light in found.about[5:8].tolist()
+        for light in found[ABOUT + 5 : ABOUT + 8]
     )
     return BallDisc(
         x + offset[0],
         y + offset[1],
         radius,
-        found.spreads[which],
+        np.array(spread).reshape(3, 3),
         (across, down),
         None if math.isnan(disagreement) else disagreement,
         (blue, green, red),
     )
 
 
-def _paint(colour: BallColour, gamma: float) -> Paint:
-    known = 255.0 * (np.array(colour.levels_bgr) / 255.0) ** gamma
-    return Paint(_light(gamma), known, float(colour.tolerance), float(colour.shading))
+@functools.lru_cache(maxsize=8)
+def _paint(colour: BallColour, gamma: float) -> Float[ndarray, "5"]:
+    """Return the ball's colour in linear light, its tolerance and its shading."""
+    light = 255.0 * (np.array(colour.levels_bgr) / 255.0) ** gamma
+    return np.array([*light, colour.tolerance, colour.shading])
 
 
 @functools.lru_cache(maxsize=8)

@@ -31,7 +31,14 @@ from numpy import ndarray
 
 from rotorpong.conventions import BALL_RADIUS, InputError, Vector3
 from rotorpong.physics.camera import Camera, Pixels
-from rotorpong.vision._sphere_kernels import discs, positions_of, shapes
+from rotorpong.vision._sphere_kernels import (
+    NO_DISC,
+    NO_SPHERE,
+    discs,
+    positions_of,
+    shapes,
+    symmetric,
+)
 
 Disc = Float[ndarray, "*batch 3"]  # centroid x, y and area radius, px
 
@@ -74,15 +81,14 @@ def sphere_of_disc(
         InputError: a disc is not finite, has no area, or no sphere looks like it.
     """
     flat = np.ascontiguousarray(measured, dtype=np.float64).reshape(-1, 3)
-    if not (np.isfinite(flat).all() and (flat[:, 2] > 0.0).all()):
+    spread = _flat(covariance, measured.shape[:-1])
+    position, spreads = np.empty_like(flat), np.empty((len(flat), 3, 3))
+    outcome = positions_of(_lens(camera), flat, spread, float(radius), position, spreads)
+    if outcome == NO_DISC:
         raise InputError("discs need finite numbers and a radius above 0 px")
-    position, slopes = np.empty_like(flat), np.empty((len(flat), 3, 3))
-    positions_of(_lens(camera), flat, float(radius), position, slopes)
-    if not np.isfinite(position).all():
+    if outcome == NO_SPHERE:
         raise InputError(f"camera {camera.name}: no sphere in front of it looks like this disc")
-    inverse = np.linalg.inv(slopes).reshape(*measured.shape, 3)
-    spread = inverse @ covariance @ np.swapaxes(inverse, -1, -2)
-    return SpherePositions(position.reshape(measured.shape), spread)
+    return SpherePositions(position.reshape(measured.shape), spreads.reshape(*measured.shape, 3))
 
 
 def outline_shape(camera: Camera, pixels: Pixels) -> Float[ndarray, "*batch 2 2"]:
@@ -91,9 +97,9 @@ def outline_shape(camera: Camera, pixels: Pixels) -> Float[ndarray, "*batch 2 2"
     The outline is  centre + radius * shape @ u  over all unit vectors u, radius that of the area.
     """
     flat = np.ascontiguousarray(pixels, dtype=np.float64).reshape(-1, 2)
-    bent = np.empty((len(flat), 2, 2))
-    shapes(_lens(camera), flat, bent)
-    return symmetric_shape(bent.reshape(*pixels.shape, 2))
+    out = np.empty((len(flat), 2, 2))
+    shapes(_lens(camera), flat, out)
+    return out.reshape(*pixels.shape, 2)
 
 
 def symmetric_shape(matrix: Float[ndarray, "*batch 2 2"]) -> Float[ndarray, "*batch 2 2"]:
@@ -101,10 +107,19 @@ def symmetric_shape(matrix: Float[ndarray, "*batch 2 2"]) -> Float[ndarray, "*ba
 
     sqrt(M M^T) = (M M^T + |det M| 1) / sqrt(tr M M^T + 2 |det M|), by Cayley and Hamilton.
     """
-    size = np.abs(np.linalg.det(matrix))[..., None, None]
-    squared = matrix @ np.swapaxes(matrix, -1, -2) / size
-    trace = np.trace(squared, axis1=-2, axis2=-1)[..., None, None]
-    return np.asarray((squared + np.eye(2)) / np.sqrt(trace + 2.0))
+    flat = np.ascontiguousarray(matrix, dtype=np.float64).reshape(-1, 2, 2)
+    out = np.empty_like(flat)
+    symmetric(flat, out)
+    return out.reshape(matrix.shape)
+
+
+def _flat(
+    covariance: Float[ndarray, "*#batch 3 3"], batch: tuple[int, ...]
+) -> Float[ndarray, "n 3 3"]:
+    """Return a covariance for each of a batch, or one for all of it."""
+    if covariance.ndim > 2 and covariance.shape[:-2] != batch:
+        covariance = np.broadcast_to(covariance, (*batch, 3, 3))
+    return np.ascontiguousarray(covariance, dtype=np.float64).reshape(-1, 3, 3)
 
 
 @functools.lru_cache(maxsize=8)

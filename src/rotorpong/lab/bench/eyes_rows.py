@@ -22,13 +22,20 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from rotorpong.conventions import CAMERA_FROM_BODY_AXES, Picture
+from rotorpong.conventions import BALL_RADIUS, CAMERA_FROM_BODY_AXES, Picture
 from rotorpong.lab.bench.rows import Row
 from rotorpong.lab.bench.timing import cpu_seconds
 from rotorpong.physics.camera import ARDRONE2_720P, Camera, directions, row_time
 from rotorpong.vision.detect import find_blobs
 from rotorpong.vision.locate import ball_position
-from rotorpong.vision.matte import ORANGE_BALL, BallDisc, Guess, area_and_edge, measure_ball
+from rotorpong.vision.matte import (
+    ORANGE_BALL,
+    BallDisc,
+    Guess,
+    area_and_edge,
+    measure_ball,
+    streamed,
+)
 from rotorpong.vision.measure import OUTLINE_BIAS_PX, fit_circle
 from rotorpong.vision.sphere import disc_of_sphere, outline_shape, sphere_of_disc
 from rotorpong.world.court import OPPONENT_X, TABLE_HALF_LENGTH
@@ -49,6 +56,7 @@ MARGIN_PX = 12  # around a ball and its streak
 CLEAR_OF_NET = 0.2  # m above the table, of a line of sight
 STEP_S = 0.002
 TIMED = 200  # measurements
+TIMED_RADII, TIMED_STREAKS, TIMED_VIEWS = (5.0, 9.0, 16.0, 25.0), (0.0, 10.0), 4  # px; px
 BOX_PX = 64
 METHODS = ("circle, whole px", "circle", "area", "edge")
 STATIC_GOALS = {1.0: 0.2, 2.5: 1.5, 4.0: 5.0}  # cm rms before the textured hall
@@ -225,8 +233,9 @@ def _errors(camera: Camera, found: Iterator[View]) -> tuple[dict[str, list[float
         truth = disc_of_sphere(camera, view.ball)
         for method, whole in zip(METHODS[:2], (True, False), strict=True):
             errors[method].append(_depth_of_circle(camera, view, whole=whole) - view.ball[2])
+        colour = streamed(ORANGE_BALL) if camera.stream_mbit_s else ORANGE_BALL
         area, edge = area_and_edge(
-            view.region, guess, ORANGE_BALL, offset=view.offset, gamma=camera.gamma
+            view.region, guess, colour, offset=view.offset, gamma=camera.gamma
         )
         for method, disc in zip(METHODS[2:], (area, edge), strict=True):
             if disc is not None:
@@ -303,7 +312,7 @@ def _streamed(depth: float, *, quick: bool) -> list[Row]:
 
 
 def _speed(*, quick: bool) -> list[Row]:
-    """Return how long one measurement in a box of 64 pixels takes, beside OpenCV's chain."""
+    """Return how long one measurement takes, in a box of 64 pixels and by size, beside OpenCV."""
     camera = replace(ARDRONE2_720P, exposure_s=0.0)
     view = next(views(camera, 2.5, 1, textured=True))
     x, y, radius = disc_of_sphere(camera, view.ball)
@@ -317,7 +326,31 @@ def _speed(*, quick: bool) -> list[Row]:
     )
     theirs = _microseconds(lambda: _opencv_chain(box), quick=quick)
     name = f"measurement of a ball of {2 * radius:.0f} px, box of {BOX_PX} px"
-    return [Row(name, ours, "us", 100.0, "less", "HSV, outline, circle", theirs / ours)]
+    return [
+        Row(name, ours, "us", 100.0, "less", "HSV, outline, circle", theirs / ours),
+        *(_speed_by_size(r, streak, quick=quick) for r in TIMED_RADII for streak in TIMED_STREAKS),
+    ]
+
+
+def _speed_by_size(radius: float, streak: float, *, quick: bool) -> Row:
+    """Return how long balls of one size take where they are seen before the hall, and OpenCV."""
+    camera = replace(ARDRONE2_720P, exposure_s=1 / 60 if streak else 0.0, readout_s=0.0)
+    depth = camera.focal_length_px[0] * BALL_RADIUS / radius
+    speed = 60.0 * streak * depth / camera.focal_length_px[0]
+    seen = views(camera, depth, TIMED_VIEWS, textured=True, speed=speed)
+    balls = [(view, guess) for view in seen if (guess := _guess(camera, view)) is not None]
+
+    def ours() -> None:
+        for view, guess in balls:
+            measure_ball(view.region, guess, offset=view.offset, gamma=camera.gamma)
+
+    def theirs() -> None:
+        for view, _ in balls:
+            _opencv_chain(view.region)
+
+    spent, chain = (_microseconds(work, quick=quick) / len(balls) for work in (ours, theirs))
+    name = f"measurement of a ball of radius {radius:g} px, streak {streak:g} px"
+    return Row(name, spent, "us", None, "less", "HSV, outline, circle", chain / spent)
 
 
 def _opencv_chain(box: Picture) -> float:
