@@ -54,6 +54,16 @@ def test_rows_are_one_line_of_json_as_the_contract_says(capfd):
         assert "peer" not in row
 
 
+def test_primitives_are_measured_without_what_they_do_not_need(capfd):
+    status, out, _ = ask(capfd, "bench", "primitives", "--quick", "--json")
+    assert status == 0
+    assert is_one_line_of_json(out)
+    rows = {row["name"]: row for row in json.loads(out)["rows"]}
+    assert rows["motion: position against DOP853"]["met"] is True
+    assert "batch, 240 samples each: peak speed only" in rows
+    assert not any("peer" in row for row in rows.values())
+
+
 def test_what_needs_no_clock_is_met(capfd):
     _, out, _ = ask(capfd, "bench", "world", "--quick", "--json")
     rows = {row["name"]: row for row in json.loads(out)["rows"]}

@@ -41,7 +41,8 @@ class Bench(Common):
         ).check()
         if not is_single_thread():
             say("numeric libraries run as many threads as they like: OMP_NUM_THREADS etc. unset")
-        compile_kernels()
+        if self.what != "primitives":  # which has few kernels, and warms up
+            compile_kernels()
         with progress_bar() as advance:
             rows = measure(order, advance)
         if not self.json:
