@@ -105,6 +105,7 @@ def test_a_batch_that_cannot_be_is_refused():
         (START, GOALS, DURATIONS[:, None, None], "durations of shape"),
         (START, GOALS, np.array(1.0), "durations of shape"),
         (lost, GOALS, DURATIONS, "finite"),
+        (State(np.zeros(3), np.zeros(3), np.zeros(3)), GOALS, DURATIONS, "acceleration"),
     ]
     for starts, goals, durations, message in cases:
         for work in (BATCH.roll_out, BATCH.peaks):

@@ -141,7 +141,7 @@ def test_a_hundred_turns_add_up_no_error():
 
 def test_a_flight_that_cannot_be_is_refused():
     flight = Flight.begin(FITTED, START, GOAL, 0.8, since=1.0)
-    for time in (0.9, 1.8, 2.0, np.nan):
+    for time in (0.9, np.nextafter(1.8, 0.0), 1.8, 2.0, np.nan):
         with pytest.raises(InputError, match=r"expected one from 1\.0 s to before 1\.8 s"):
             flight.regoal(time, OTHER)
     for arrival in (1.2, 1.1, np.inf, np.nan):

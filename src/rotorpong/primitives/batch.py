@@ -144,6 +144,8 @@ class Batch:
         several = len(taus) // max(len(durations), 1)
         ends = np.zeros((4, len(taus), d))
         for i, (name, given) in enumerate((("starts", starts), ("goals", goals))):
+            if isinstance(given, State) and given.acceleration is not None:
+                raise InputError(f"{name} with an acceleration: expected none in a batch")
             for j, array in enumerate((given.position, given.velocity)):
                 ends[2 * i + j] = np.repeat(_per_goal(name, array, len(durations), d), several, 0)
         if not np.isfinite(ends).all():

@@ -15,7 +15,7 @@ and acceleration are convex in c, and the fitting c, if any, are one interval.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -189,7 +189,7 @@ def _nearer(
     def at(share: float) -> State:
         place = start.position + share * away
         box = limits.goal_box  # against rounding
-        return State(place if box is None else np.clip(place, *box), goal.velocity)
+        return replace(goal, position=place if box is None else np.clip(place, *box))
 
     def ratio(share: float) -> float:
         return report_limits(dmp, start, at(share), duration, limits).ratio

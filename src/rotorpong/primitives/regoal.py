@@ -112,11 +112,11 @@ class Flight:
                 after it, a number is not finite or dimensions differ.
         """
         arrival = self.arrival if arrival is None else float(arrival)
-        if not (self.since - TIME_TOLERANCE <= time < self.arrival):
+        if not (self.since - TIME_TOLERANCE <= time < self.arrival - TIME_TOLERANCE):
             raise InputError(
                 f"time {time} s: expected one from {self.since} s to before {self.arrival} s"
             )
-        if not (np.isfinite(arrival) and arrival > time):
+        if not (np.isfinite(arrival) and arrival > time + TIME_TOLERANCE):
             raise InputError(f"arrival {arrival} s: expected a time after {time} s")
         last = goal.velocity if goal.acceleration is None else goal.acceleration
         finite_vectors((goal.position, goal.velocity, last), self.target.shape[1])

@@ -170,7 +170,7 @@ def _batches(*, quick: bool) -> tuple[Row, ...]:
     memory = batch.roll_out(start, goals, durations)
     works = (
         ("positions", lambda: batch.roll_out(start, goals, durations, derivatives=0, out=memory)),
-        ("and velocities", lambda: batch.roll_out(start, goals, durations, out=memory)),
+        ("positions and velocities", lambda: batch.roll_out(start, goals, durations, out=memory)),
         ("peak speed only", lambda: batch.peaks(start, goals, durations)),
     )
     targets = {"positions": 0.6, "peak speed only": 1.5}
