@@ -125,6 +125,27 @@ def test_a_goal_outside_the_box_is_drawn_to_its_face():
     assert with_limits(FITTED, REST, AWAY, 1.0, Limits(goal_box=beside), adjust="goal") is None
 
 
+@settings(max_examples=15, deadline=None)
+@given(start=states, goal=states, duration=durations, adjust=st.sampled_from(["time", "goal"]))
+def test_what_is_adjusted_keeps_the_limits_everywhere(start, goal, duration, adjust):
+    limits = Limits(speed=5.0, acceleration=30.0)
+    found = with_limits(FITTED, start, goal, duration, limits, adjust=adjust)
+    if found is None:
+        return
+    assert found.duration >= duration
+    motion = dense(FITTED, start, found.goal, found.duration, 4001)
+    assert np.linalg.norm(motion.velocity, axis=1).max() <= 5.0 * (1.0 + 1e-9)
+    assert np.linalg.norm(motion.acceleration, axis=1).max() <= 30.0 * (1.0 + 1e-9)
+    np.testing.assert_array_equal(found.goal.velocity, goal.velocity)
+
+
+def test_however_little_time_is_asked_for_the_fastest_motion_is_the_same():
+    found = [
+        with_limits(FITTED, REST, AWAY, asked, Limits(2.0, 9.0)).duration for asked in (0.3, 1e-3)
+    ]
+    assert found[0] == pytest.approx(found[1], rel=1e-6)
+
+
 def test_a_motion_within_its_limits_is_left_as_it_is():
     found = with_limits(FITTED, REST, AWAY, 1.0, Limits(speed=100.0))
     assert (found.goal, found.duration) == (AWAY, 1.0)

@@ -28,7 +28,8 @@ from rotorpong.primitives.dmp import Dmp, State, moving_target
 from rotorpong.primitives.extrema import derived, largest_norm, pieces_of
 from rotorpong.primitives.quintic import quintic_curvature, quintic_slope
 
-LONGEST_STRETCH = 20.0  # times the duration asked for, that are searched
+LONGEST_STRETCH = 20.0  # times what a motion between states at rest would need, is searched
+MOST_STEPS = 4000
 STEP = 1.0075  # from one duration to the next
 LOOKS = 121  # instants that rule a duration out before it is examined exactly
 PRECISION = 1e-9  # of duration and goal
@@ -156,12 +157,19 @@ def with_limits(
     if report.is_feasible:
         return Adjusted(goal, duration, report)
     if adjust == "time":
-        return _longer(dmp, start, goal, duration, limits)
+        return _longer(dmp, start, goal, _durations(duration, report), limits)
     return _nearer(dmp, start, goal, duration, limits)
 
 
+def _durations(asked: float, report: LimitReport) -> Float[ndarray, "m"]:
+    """Return the durations to try; between rest and rest, peaks go with 1/tau and 1/tau^2."""
+    needed = max(1.0, report.speed.ratio, math.sqrt(report.acceleration.ratio))
+    steps = min(math.ceil(math.log(LONGEST_STRETCH * needed) / math.log(STEP)), MOST_STEPS)
+    return asked * STEP ** np.arange(steps + 1.0)
+
+
 def _longer(
-    dmp: Dmp, start: State, goal: State, duration: float, limits: Limits
+    dmp: Dmp, start: State, goal: State, durations: Float[ndarray, "m"], limits: Limits
 ) -> Adjusted | None:
     if not _is_inside(goal.position, limits.goal_box):
         return None
@@ -169,8 +177,6 @@ def _longer(
     def ratio(tau: float) -> float:
         return report_limits(dmp, start, goal, tau, limits).ratio
 
-    steps = math.ceil(math.log(LONGEST_STRETCH) / math.log(STEP))
-    durations = duration * STEP ** np.arange(steps + 1.0)
     hopeful = np.flatnonzero(_sampled_ratios(dmp, start, goal, durations, limits) <= WITHIN)
     for i in hopeful:
         if ratio(durations[i]) <= WITHIN:
@@ -212,7 +218,7 @@ def _nearer(
 
 def _last_within(ratio: Callable[[float], float], good: float, bad: float) -> float:
     """Bisect between a value that keeps the limits and one that does not; return the former."""
-    while abs(bad - good) > PRECISION * max(abs(good), abs(bad)):
+    while abs(bad - good) > PRECISION * max(abs(good), abs(bad), PRECISION):
         middle = 0.5 * (good + bad)
         good, bad = (middle, bad) if ratio(middle) <= WITHIN else (good, middle)
     return good
