@@ -10,8 +10,8 @@ from primitive_samples import FITTED, GOAL, PAPER, START, durations, some_dmps, 
 
 from rotorpong.conventions import InputError
 from rotorpong.physics.ardrone2 import ARDRONE2
-from rotorpong.primitives import Dmp, State
-from rotorpong.primitives.limits import Limits, report_limits, with_limits
+from rotorpong.primitives import Dmp, Flight, State
+from rotorpong.primitives.limits import Limits, report_flight, report_limits, with_limits
 
 REST = State(np.zeros(3), np.zeros(3))
 AWAY = State(np.array([1.0, 0.4, 0.3]), np.array([0.6, 0.2, 0.1]))
@@ -52,6 +52,33 @@ def test_the_worst_coordinate_is_told(dmp):
         assert peak.ratio == pytest.approx(ratios.max(), rel=1e-6)
         assert peak.limit == limit[peak.coordinate]
     assert not report.is_feasible
+
+
+@pytest.mark.parametrize(
+    "limits", [Limits(), Limits(1.5, 9.0), Limits(np.array([1.0, 2.0, 0.7]), np.full(3, 8.0))]
+)
+def test_a_flight_that_never_turned_has_the_peaks_of_its_roll_out(limits):
+    exact = report_limits(FITTED, START, GOAL, 0.9, limits)
+    found = report_flight(Flight.begin(FITTED, START, GOAL, 0.9, since=3.0), limits)
+    for ours, theirs in ((found.speed, exact.speed), (found.acceleration, exact.acceleration)):
+        assert ours.value == pytest.approx(theirs.value, rel=1e-7)
+        assert ours.time == pytest.approx(3.0 + theirs.time, abs=1e-4)
+        assert (ours.limit, ours.coordinate) == (theirs.limit, theirs.coordinate)
+    assert found.is_feasible == exact.is_feasible
+
+
+def test_a_flight_that_turned_is_judged_by_what_is_left_of_it():
+    box = np.array([[-1.0, -1.0, -1.0], [0.5, 1.0, 1.0]])
+    flight = Flight.begin(FITTED, START, GOAL, 0.9)
+    turned = flight.regoal(0.3, AWAY, 0.8)
+    times = np.linspace(0.3, 0.8, 100001)
+    speed = np.linalg.norm(turned.at(times).velocity, axis=1)
+    report = report_flight(turned, Limits(2.0, goal_box=box))
+    assert report.speed.value == pytest.approx(speed.max(), rel=1e-8)
+    assert report.speed.value >= speed.max() * (1.0 - 1e-12)
+    assert not report.goal_is_inside
+    with pytest.raises(InputError, match="3 coordinates"):
+        report_flight(turned, Limits(np.ones(2)))
 
 
 def test_a_still_robot_has_peaks_of_zero():

@@ -27,10 +27,12 @@ from rotorpong.conventions import CAMERA_FROM_BODY_AXES, InputError
 from rotorpong.primitives.dmp import Dmp, State, moving_target
 from rotorpong.primitives.extrema import derived, largest_norm, pieces_of
 from rotorpong.primitives.quintic import quintic_curvature, quintic_slope
+from rotorpong.primitives.regoal import Flight
 
 LONGEST_STRETCH = 20.0  # times what a motion between states at rest would need, is searched
 MOST_STEPS = 4000
 STEP = 1.0075  # from one duration to the next
+FLIGHT_LOOKS = 1001  # samples of a flight
 LOOKS = 121  # instants that rule a duration out before it is examined exactly
 PRECISION = 1e-9  # of duration and goal
 WITHIN = 1.0 + 1e-12  # ratio of a peak to its limit that rounding may give
@@ -126,6 +128,24 @@ def report_limits(
         _peak(derived(polynomials, 1, duration), limits.speed, duration),
         _peak(derived(polynomials, 2, duration), limits.acceleration, duration),
         _is_inside(goal.position, limits.goal_box),
+    )
+
+
+def report_flight(flight: Flight, limits: Limits) -> LimitReport:
+    """Return the peaks of what is left of a flight, say one that has just turned.
+
+    What keeps its rate is no polynomial: the peaks are those of a thousand samples, each refined
+    between its neighbours. Their times are the flight's.
+
+    Raises:
+        InputError: limits of other dimensions.
+    """
+    _check_dimensions(flight.dmp, limits)
+    goal = flight.at(np.array([flight.arrival])).position[0]
+    return LimitReport(
+        _refined(flight, "velocity", limits.speed),
+        _refined(flight, "acceleration", limits.acceleration),
+        _is_inside(goal, limits.goal_box),
     )
 
 
@@ -268,6 +288,29 @@ def _peak(polynomials: Float[ndarray, "n pieces d"], limit: Limit | None, durati
         found = largest_norm(polynomials[:, :, i : i + 1])
         peaks.append(Peak(found.value, found.fraction * duration, most, i))
     return max(peaks, key=lambda peak: peak.ratio)
+
+
+def _refined(flight: Flight, name: str, limit: Limit | None) -> Peak:
+    most = np.ravel(math.inf if limit is None else limit)
+    by_norm = limit is None or np.ndim(limit) == 0
+
+    def sizes(times: Float[ndarray, "n"]) -> Float[ndarray, "n c"]:
+        rates = getattr(flight.at(times), name)
+        return np.linalg.norm(rates, axis=1, keepdims=True) if by_norm else np.abs(rates)
+
+    instants = np.linspace(flight.since, flight.arrival, FLIGHT_LOOKS)
+    values = sizes(instants)
+    shares = values if limit is None else values / most
+    i, c = (int(k) for k in np.unravel_index(np.argmax(shares), shares.shape))
+    around = instants[[max(i - 1, 0), min(i + 1, FLIGHT_LOOKS - 1)]]
+    best = minimize_scalar(
+        lambda time: -sizes(np.array([time]))[0, c],
+        bounds=tuple(around),
+        method="bounded",
+        options={"xatol": PRECISION},
+    )
+    found = [(float(-best.fun), float(best.x)), (float(values[i, c]), float(instants[i]))]
+    return Peak(*max(found), float(most[c]), None if by_norm else c)
 
 
 def _is_inside(position: Float[ndarray, "d"], box: Float[ndarray, "2 d"] | None) -> bool:
