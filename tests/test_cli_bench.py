@@ -11,8 +11,9 @@ from test_cli import ask, complaint, is_one_line_of_json
 from rotorpong.lab.bench.timing import LIBRARIES
 
 BAD = {
-    "bench": "Missing from rotorpong bench: {world,eyes}",
-    "bench moon": "invalid choice 'moon' for argument 'what'. Expected one of ('world', 'eyes')",
+    "bench": "Missing from rotorpong bench: {world,eyes,primitives}",
+    "bench moon": "invalid choice 'moon' for argument 'what'. "
+    "Expected one of ('world', 'eyes', 'primitives')",
     "bench world --seed -1": "seed -1: expected a whole number",
     "bench world --flights gone": "--flights gone: expected a folder of measured flights",
     "bench world --flights text": "--flights text: expected a folder of measured flights",
@@ -51,6 +52,16 @@ def test_rows_are_one_line_of_json_as_the_contract_says(capfd):
         assert ("target" in row) == ("met" in row)
         assert row.get("met", True) in {True, False}
         assert "peer" not in row
+
+
+def test_primitives_are_measured_without_what_they_do_not_need(capfd):
+    status, out, _ = ask(capfd, "bench", "primitives", "--quick", "--json")
+    assert status == 0
+    assert is_one_line_of_json(out)
+    rows = {row["name"]: row for row in json.loads(out)["rows"]}
+    assert rows["motion: position against DOP853"]["met"] is True
+    assert "batch, 240 samples each: peak speed only" in rows
+    assert not any("peer" in row for row in rows.values())
 
 
 def test_what_needs_no_clock_is_met(capfd):

@@ -15,8 +15,9 @@ class Bench(Common):
 
     seed: int = 0
     """Taken by every command; what is measured here has seeds of its own."""
-    what: Positional[Literal["world", "eyes"]]
-    """world: the simulator. eyes: how well a ball is measured, followed and predicted."""
+    what: Positional[Literal["world", "eyes", "primitives"]]
+    """world: the simulator. eyes: how well a ball is measured, followed and predicted. primitives:
+    how fast and how exactly motions are fitted and rolled out."""
 
     peers: FlagCreatePairsOff[bool] = False
     """Measure peers as well: needs a checkout and the extra bench."""
@@ -40,7 +41,8 @@ class Bench(Common):
         ).check()
         if not is_single_thread():
             say("numeric libraries run as many threads as they like: OMP_NUM_THREADS etc. unset")
-        compile_kernels()
+        if self.what != "primitives":  # which has few kernels, and warms up
+            compile_kernels()
         with progress_bar() as advance:
             rows = measure(order, advance)
         if not self.json:

@@ -13,8 +13,9 @@ def sample_motion(
     x: Float[ndarray, "n"],
     position: Float[ndarray, "n d"],
     slope: Float[ndarray, "n d"],
+    curvature: Float[ndarray, "n d"],
 ) -> None:
-    """Write s and ds/dx at the fractions `x` of the duration.
+    """Write s, ds/dx and d^2 s/dx^2 at the fractions `x` of the duration.
 
     Args:
         target: coefficients of the quintic g(x).
@@ -23,6 +24,7 @@ def sample_motion(
         x: within [0, 1].
         position: where s goes.
         slope: where ds/dx goes.
+        curvature: where d^2 s/dx^2 goes.
     """
     pieces = answer.shape[1]
     for i in range(len(x)):
@@ -38,5 +40,8 @@ def sample_motion(
             e = a0 + r * (a1 + r * (a2 + r * (a3 + r * (a4 + r * a5))))
             dg = b1 + q * (2 * b2 + q * (3 * b3 + q * (4 * b4 + q * 5 * b5)))
             de = a1 + r * (2 * a2 + r * (3 * a3 + r * (4 * a4 + r * 5 * a5)))
+            ddg = 2 * b2 + q * (6 * b3 + q * (12 * b4 + q * 20 * b5))
+            dde = 2 * a2 + r * (6 * a3 + r * (12 * a4 + r * 20 * a5))
             position[i, j] = g + e
             slope[i, j] = dg + pieces * de
+            curvature[i, j] = ddg + pieces * pieces * dde

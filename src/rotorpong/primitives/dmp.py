@@ -14,8 +14,13 @@ duration, so Eq. (4) is exactly
 
 with Phi of `rotorpong.primitives.basis`. `integrate_dmp` solves Eq. (4) step by step and is kept as
 the tested reference. Any frame, SI units, d coordinates side by side; (n, d) for n instants.
+
+As Phi'' theta is not zero at the ends, the motion's acceleration there is not that of g. A state
+that has an acceleration means the motion's own: g is then laid so that s leaves with it (a measured
+one, say), or arrives with it (none, say).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,6 +54,7 @@ class State:
 
     position: Float[ndarray, "d"]  # m
     velocity: Float[ndarray, "d"]  # m/s
+    acceleration: Float[ndarray, "d"] | None = None  # m/s^2; None if it may be any
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +64,7 @@ class Motion:
     times: Float[ndarray, "n"]  # s since the start of the motion
     position: Float[ndarray, "n d"]  # m
     velocity: Float[ndarray, "n d"]  # m/s
+    acceleration: Float[ndarray, "n d"] | None = None  # m/s^2; what is measured may have none
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +72,7 @@ class Dmp:
     """A primitive: the shape of a motion, free of its start, goal and duration."""
 
     weights: Float[ndarray, "basis d"]  # theta
-    forcing_gain: float = 1.0  # eta
+    forcing_gain: float | Float[ndarray, "d"] = 1.0  # eta, of all coordinates or of each
     ends: Motion | None = None  # first and last state of the demonstration, as the fit saw them
 
     def roll_out(
@@ -94,11 +101,15 @@ class Dmp:
         target = moving_target(self, start, goal, duration, start_acceleration)
         instants = _instants(times, duration)
         x = np.clip(instants / duration, 0.0, 1.0)
-        table = response_table(len(self.weights))
-        answer = table @ (self.forcing_gain * self.weights)
-        position, slope = np.empty((2, len(x), target.shape[1]))
-        sample_motion(target, answer, x, position, slope)
-        return Motion(instants, position, slope / duration)
+        position, slope, curvature = np.empty((3, len(x), target.shape[1]))
+        sample_motion(target, self.answer(), x, position, slope, curvature)
+        slope /= duration
+        curvature /= duration**2
+        return Motion(instants, position, slope, curvature)
+
+    def answer(self) -> Float[ndarray, "6 pieces d"]:
+        """Return eta Phi theta: the coefficients of a quintic on each of equal pieces of [0, 1]."""
+        return response_table(len(self.weights)) @ (self.forcing_gain * self.weights)
 
 
 def integrate_dmp(
@@ -119,7 +130,7 @@ def integrate_dmp(
     stops, order = np.unique(np.clip(instants, 0.0, duration), return_inverse=True)
     d = target.shape[1]
     if not len(stops):
-        return Motion(instants, np.empty((0, d)), np.empty((0, d)))
+        return Motion(instants, *np.empty((3, 0, d)))
 
     def rates(time: float, state: Float[ndarray, "m"]) -> Float[ndarray, "m"]:
         z, s, v = state[0], state[1 : d + 1], state[d + 1 :]
@@ -141,7 +152,9 @@ def integrate_dmp(
         atol=REFERENCE_TOLERANCE,
     )
     states = solution.y.T[order]
-    return Motion(instants, states[:, 1 : d + 1], states[:, d + 1 :])
+    pairs = zip(stops, solution.y.T, strict=True)
+    accelerations = np.array([rates(*pair)[d + 1 :] for pair in pairs])
+    return Motion(instants, states[:, 1 : d + 1], states[:, d + 1 :], accelerations[order])
 
 
 def moving_target(
@@ -154,22 +167,50 @@ def moving_target(
     """Return the coefficients of g as a polynomial in x = t / duration, Eq. (5).
 
     Raises:
-        InputError: the duration is not positive, a number is not finite or dimensions differ.
+        InputError: the duration is not positive, a number is not finite, dimensions differ, or the
+            start's acceleration is given twice.
     """
     if not (np.isfinite(duration) and duration > 0.0):
         raise InputError(f"duration {duration} s: expected a positive number of seconds")
-    d = dmp.weights.shape[1]
-    rest = np.zeros(d)
-    acceleration = rest if start_acceleration is None else start_acceleration
-    vectors = (start.position, start.velocity, acceleration, goal.position, goal.velocity, rest)
+    if start_acceleration is not None and start.acceleration is not None:
+        raise InputError("start_acceleration: expected none, as the start has an acceleration")
+    rest = np.zeros(dmp.weights.shape[1])
+    first, last = (
+        rest if state.acceleration is None else state.acceleration for state in (start, goal)
+    )
+    first = first if start_acceleration is None else start_acceleration
+    vectors = (start.position, start.velocity, first, goal.position, goal.velocity, last)
+    start_end = finite_vectors(vectors, len(rest)).reshape(2, 3, len(rest))
+    start_end = start_end * np.array([[1.0], [duration], [duration**2]])
+    own = [state.acceleration is not None for state in (start, goal)]
+    if any(own):
+        start_end[own, 2] -= _end_curvatures(dmp)[own]
+    return quintic_coefficients(start_end[0], start_end[1])
+
+
+def finite_vectors(
+    vectors: Sequence[Float[ndarray, "_"]], dimensions: int
+) -> Float[ndarray, "n d"]:
+    """Return vectors of start (position, velocity, acceleration) and goal as one array.
+
+    Raises:
+        InputError: one has other dimensions, or a number is not finite.
+    """
     for vector in vectors:
-        if np.shape(vector) != (d,):
-            raise InputError(f"state {vector}: expected {d} numbers, as the primitive has")
+        if np.shape(vector) != (dimensions,):
+            raise InputError(f"state {vector}: expected {dimensions} numbers, as the primitive has")
     ends = np.array(vectors, dtype=float)
     if not np.isfinite(ends).all():
         raise InputError(f"start {ends[:3]} and goal {ends[3:5]}: expected finite numbers")
-    start_end = ends.reshape(2, 3, d) * np.array([[1.0], [duration], [duration**2]])
-    return quintic_coefficients(start_end[0], start_end[1])
+    return ends
+
+
+def _end_curvatures(dmp: Dmp) -> Float[ndarray, "2 d"]:
+    """Return eta Phi'' theta at both ends."""
+    answer = dmp.answer()
+    first = quintic_curvature(answer[:, 0], np.array(0.0))
+    last = quintic_curvature(answer[:, -1], np.array(1.0))
+    return np.stack([first, last]) * answer.shape[1] ** 2
 
 
 def _instants(times: Float[ndarray, "n"], duration: float) -> Float[ndarray, "n"]:
