@@ -4,7 +4,7 @@ DIR is a folder of pictures and labels, or of such folders, as for `rotorpong be
 Prints both models of `rotorpong.vision.ball_model` as Python; nothing of the pictures is kept.
 
 Weighted logistic regression with a ridge. A candidate's target grows from 0 to 1 while its circle's
-overlap with a labelled box goes from 0.5 to 0.8, so that of several outlines of a ball the one that
+overlap with a labelled box goes from 0.4 to 0.7, so that of several outlines of a ball the one that
 fits best is believed most. Every ball weighs the same however many outlines it has, and every set
 of pictures the same however many balls. All sets teach both models, whatever the colour of their
 balls: they show what is none.
@@ -17,14 +17,15 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from rotorpong.conventions import Picture
 from rotorpong.lab.bench.image_rows import overlaps
-from rotorpong.lab.picture_sets import LabelledPicture, PictureSet, read_picture_sets
+from rotorpong.lab.picture_sets import read_picture_sets
 from rotorpong.vision.ball_model import BallModel
 from rotorpong.vision.candidates import FEATURES, find_candidates
 from rotorpong.vision.colour import ORANGE, WHITE, Colour
 from rotorpong.vision.detect import Detection, outline_circle
 
-OVERLAPS = (0.5, 0.8)  # from no to full target
+OVERLAPS = (0.4, 0.7)  # from no to full target
 BALL_WEIGHT = 6.0  # over the root of its outlines
 SET_WEIGHT = 300.0  # of the targets of a set
 FEWEST_TARGETS = 10.0  # below which a set only shows what is no ball
@@ -40,13 +41,12 @@ def main(arguments: list[str]) -> None:
     folder, ball_class = Path(arguments[0]), int(arguments[1]) if len(arguments) > 1 else None
     sets = read_picture_sets(folder, ball_class)
     for name, colour in (("HUED", ORANGE), ("PALE", WHITE)):
-        samples = [weighed([sample(one, colour) for one in s.pictures]) for s in sets]
+        samples = [weighed([sample(*one.read(), colour) for one in s.pictures]) for s in sets]
         print(f"{name} = {fit(*map(np.concatenate, zip(*samples, strict=True)))}")
 
 
-def sample(labelled: LabelledPicture, colour: Colour) -> Sample:
+def sample(picture: Picture, boxes: Float[ndarray, "n 4"], colour: Colour) -> Sample:
     """Return features, targets and weights of the candidates of a picture."""
-    picture, boxes = labelled.read()
     found = find_candidates(picture, colour)
     if not found.contours:
         return found.features, np.empty(0), np.empty(0)

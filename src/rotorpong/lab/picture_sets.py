@@ -99,7 +99,7 @@ def _ball_class(folder: Path, counts: Counter[int], given: int | None) -> int:
         return next(iter(counts))
     known = ", ".join(f"{number} ({counts[number]} boxes)" for number in sorted(counts))
     if given is None:
-        raise InputError(f"{folder}: labels of classes {known}; expected to be told the ball's")
+        raise InputError(f"{folder}: labels of classes {known}; expected the ball's, --ball-class")
     if given not in counts:
         raise InputError(f"{folder}: ball class {given}; its labels are of classes {known}")
     return given

@@ -26,19 +26,16 @@ ACROSS = 10.0  # samples of a large radius
     CORE_SD,
     RING_MEAN,
     RING_WORST,
-    RING_SECOND,
     BLUE,
     GREEN,
     RED,
     OUTSIDE_BELOW,
     BOTH_SIDES,
     SEEN,
-    EDGE_EIGHTH,
     EDGE_QUARTER,
     EDGE_OFFSET,
-    EDGE_SPREAD,
-) = range(15)
-MEASURES = 15
+) = range(12)
+MEASURES = 12
 
 
 @kernel
@@ -130,21 +127,17 @@ def measure_areas(measures, tint, picture, x, y, radius):
 
 @kernel
 def write_ring(measures, sums, counts):
-    """Write mean, largest and second largest of the sectors that are in the picture."""
-    worst, second, total, seen = -1.0, -1.0, 0.0, 0
+    """Write mean and largest of the sectors that are in the picture."""
+    worst, total, seen = -1.0, 0.0, 0
     for k in range(SECTORS):
         if counts[k] > 0.0:
             mean = sums[k] / counts[k]
             total += mean
             seen += 1
-            if mean > worst:
-                worst, second = mean, worst
-            elif mean > second:
-                second = mean
+            worst = max(worst, mean)
     ring = total / seen if seen else measures[CORE_MEAN]  # no surroundings, no contrast
     measures[RING_MEAN] = ring
     measures[RING_WORST] = worst if seen else ring
-    measures[RING_SECOND] = second if seen > 1 else measures[RING_WORST]
 
 
 @kernel
@@ -186,13 +179,8 @@ def measure_edges(measures, tint, x, y, radius):
         if whole:
             falls[seen], places[seen] = steepest, place / radius - 1.0
             seen += 1
-    for k in range(EDGE_EIGHTH, MEASURES):
-        measures[k] = 0.0
-    if seen:
-        ordered = np.sort(falls[:seen])
-        measures[EDGE_EIGHTH], measures[EDGE_QUARTER] = ordered[seen // 8], ordered[seen // 4]
-        measures[EDGE_OFFSET] = np.mean(np.abs(places[:seen]))
-        measures[EDGE_SPREAD] = np.std(places[:seen])
+    measures[EDGE_QUARTER] = np.sort(falls[:seen])[seen // 4] if seen else 0.0
+    measures[EDGE_OFFSET] = np.mean(np.abs(places[:seen])) if seen else 0.0
 
 
 @kernel

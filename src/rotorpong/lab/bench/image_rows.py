@@ -21,13 +21,16 @@ from numpy import ndarray
 
 from rotorpong.lab.bench.rows import Row
 from rotorpong.lab.picture_sets import PictureSet, read_picture_sets
+from rotorpong.lab.spec import require_choice
+from rotorpong.vision.colour import COLOURS, Colour
+from rotorpong.vision.colour_files import read_colour
 from rotorpong.vision.detect import Detection, detect
 from rotorpong.vision.pictures import hush_codecs
 
 PRECISION = 0.95
 OVERLAP = 0.5
 FOLDS = 5
-COLOURS = (("orange",), ("orange", "white"))  # of every set, each by itself
+USUAL = ("orange", "orange,white")  # to look for, each by itself
 PIXEL_CENTER = 0.5  # boxes count from the picture's edge, detections from the first pixel's centre
 
 Boxes = Float[ndarray, "n 4"]  # left, top, right, bottom
@@ -51,7 +54,7 @@ def rows(
     progress: Progress,
     *,
     ball_class: int | None = None,
-    colours: Sequence[Sequence[str]] = COLOURS,
+    colour: str | None = None,
 ) -> tuple[Row, ...]:
     """Return how well balls are found in each set of pictures.
 
@@ -59,36 +62,64 @@ def rows(
         folder: of pictures and labels, or of such folders.
         progress: called with (pictures done, pictures).
         ball_class: of a ball, where labels are of several classes.
-        colours: what to look for; every entry makes rows of its own.
+        colour: to look for, as `rotorpong detect` takes it; by default each of `USUAL`.
 
     Raises:
-        InputError: see `picture_sets.read_picture_sets`, or a damaged picture.
+        InputError: see `require`, or a damaged picture.
     """
-    sets = read_picture_sets(folder, ball_class)
+    sets, searches = require(folder, ball_class, colour)
     hush_codecs()
-    total, done, found = sum(len(one.pictures) for one in sets) * len(colours), 0, []
+    total, done, found = sum(len(one.pictures) for one in sets) * len(searches), 0, []
     for one in sets:
-        for names in colours:
+        for given, colours in searches.items():
             progress(done, total)
-            found += set_rows(f"images: {one.name}, {'+'.join(names)}", one, names)
+            found += set_rows(f"images: {one.name}, {given}", one, colours)
             done += len(one.pictures)
     progress(total, total)
     return tuple(found)
 
 
-def set_rows(name: str, one: PictureSet, colours: Sequence[str]) -> list[Row]:
+def require(
+    folder: Path, ball_class: int | None, colour: str | None
+) -> tuple[tuple[PictureSet, ...], dict[str, list[Colour]]]:
+    """Return what `rows` looks through, and what for.
+
+    Raises:
+        InputError: see `picture_sets.read_picture_sets`, or an unknown colour.
+    """
+    searches = USUAL if colour is None else (colour,)
+    known = {given: [_colour(name) for name in given.split(",")] for given in searches}
+    return read_picture_sets(folder, ball_class), known
+
+
+def _colour(given: str) -> Colour:
+    if given in COLOURS:
+        return COLOURS[given]
+    if not (given and Path(given).exists()):
+        require_choice("colour", given, tuple(COLOURS), "or a file of `calibrate colour`")
+    return read_colour(given)
+
+
+def set_rows(name: str, one: PictureSet, colours: Sequence[Colour | str]) -> list[Row]:
     """Return the rows of a set, looked through for balls of some colours."""
     pictures = []
     for labelled in one.pictures:
         picture, boxes = labelled.read()
         pictures.append(match(detect(picture, colours), boxes))
+    return [
+        Row(f"{name}: pictures", len(pictures), "pictures"),
+        *score_rows(name, pictures),
+        *place_rows(name, pooled(pictures)),
+    ]
+
+
+def score_rows(name: str, pictures: Sequence[Matches]) -> list[Row]:
+    """Return the rows about what is found and what is not."""
     every = pooled(pictures)
     threshold = threshold_at(every, PRECISION)
     recall, precision = at_threshold(every, threshold)
     held_recall, held_precision = held_out(pictures)
-    right = every.right
     found = [
-        Row(f"{name}: pictures", len(pictures), "pictures"),
         Row(f"{name}: balls", every.balls, "balls"),
         Row(f"{name}: recall at precision {PRECISION:g}", recall, "1"),
         Row(f"{name}: precision there", precision, "1"),
@@ -97,14 +128,20 @@ def set_rows(name: str, one: PictureSet, colours: Sequence[str]) -> list[Row]:
         Row(f"{name}: average precision", average_precision(every), "1"),
     ]
     if np.isfinite(threshold):
-        found.append(Row(f"{name}: min score there", threshold, "1"))
-    if right.any():
-        found += [
-            Row(f"{name}: overlap, median", float(np.median(every.overlap[right])), "1"),
-            Row(f"{name}: centre error, median", float(np.median(every.away_px[right])), "px"),
-            Row(f"{name}: diameter ratio", float(np.median(every.diameter_ratio[right])), "1"),
-        ]
+        found.insert(3, Row(f"{name}: least score there", threshold, "1"))
     return found
+
+
+def place_rows(name: str, every: Matches) -> list[Row]:
+    """Return the rows about where balls are found, if any is."""
+    right = every.right
+    if not right.any():
+        return []
+    return [
+        Row(f"{name}: overlap, median", float(np.median(every.overlap[right])), "1"),
+        Row(f"{name}: centre error, median", float(np.median(every.away_px[right])), "px"),
+        Row(f"{name}: diameter ratio, median", float(np.median(every.diameter_ratio[right])), "1"),
+    ]
 
 
 def match(detections: Sequence[Detection], boxes: Boxes) -> Matches:

@@ -19,6 +19,7 @@ REACH_BALLS = 100  # of each kind on each vehicle; reach_rows.rows(balls=...) ta
 Suite = Literal["world", "eyes"]
 BELONGS: Mapping[str, Suite] = {  # what can be ordered of one suite only
     **dict.fromkeys(("peers", "flights", "events", "out"), "world"),
+    **dict.fromkeys(("images", "ball_class", "colour"), "eyes"),
 }
 
 Advance = Callable[[str, int, int], None]  # what, done, of how many
@@ -34,6 +35,9 @@ class Order:
     flights: Path | None = None  # measured flights, a folder
     events: Path | None = None  # measured events, a file or a folder
     out: Path | None = None  # folder for figures of growth
+    images: Path | None = None  # labelled pictures, a folder
+    ball_class: int | None = None  # in their labels
+    colour: str | None = None  # to look for in them, as `detect` takes it
 
     def check(self) -> "Order":
         """Return the order if all that it names can be read and written, before all measuring.
@@ -51,6 +55,7 @@ class Order:
             _module("real_flights").require(self.flights)
         if self.events is not None:
             _module("real_events").require(self.events)
+        self._check_images()
         if self.peers:
             _module("peers").require()
         if self.out is not None:
@@ -59,8 +64,16 @@ class Order:
 
     def _check_suite(self) -> None:
         for name, suite in BELONGS.items():
-            if getattr(self, name) and self.suite != suite:
-                raise InputError(f"--{name} with bench {self.suite}: belongs to bench {suite}")
+            if getattr(self, name) not in (None, False) and self.suite != suite:
+                flag = name.replace("_", "-")
+                raise InputError(f"--{flag} with bench {self.suite}: belongs to bench {suite}")
+
+    def _check_images(self) -> None:
+        if self.images is not None:
+            _module("image_rows").require(self.images, self.ball_class, self.colour)
+        for name in ("ball_class", "colour"):
+            if getattr(self, name) is not None and self.images is None:
+                raise InputError(f"--{name.replace('_', '-')}: expected --images beside it")
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,6 +131,13 @@ EYES = (
     ),
     Section("tracking", lambda order, tell: _module("tracking_rows").rows(quick=order.quick)),
     Section("predicting", lambda order, tell: _module("prediction_rows").rows(quick=order.quick)),
+    Section(
+        "images",
+        lambda order, tell: _module("image_rows").rows(
+            order.images, _named(tell, "images"), ball_class=order.ball_class, colour=order.colour
+        ),
+        lambda order: order.images is not None,
+    ),
 )
 SUITES: Mapping[Suite, tuple[Section, ...]] = {"world": WORLD, "eyes": EYES}
 
