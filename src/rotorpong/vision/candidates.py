@@ -119,7 +119,8 @@ def find_candidates(picture: Picture, colour: Colour) -> Candidates:
     plain = measures[:, kernels.CORE_MEAN] - measures[:, kernels.RING_MEAN] >= LEAST_CONTRAST
     kept = [patch for patch, is_plain in zip(patches, plain, strict=True) if is_plain]
     features = np.column_stack([_outlines(kept), _contrasts(measures[plain], kept, colour)])
-    contours = [patch.contour[:, 0].astype(np.int32) + (left, top) for patch in kept]
+    corner = np.array((left, top), np.int32)
+    contours = [patch.contour[:, 0] + corner for patch in kept]
     return Candidates(contours, circles[plain] * (1, 1, 2) + (left, top, 0), features)
 
 

@@ -119,7 +119,7 @@ def outline_circle(contour: Int32[ndarray, "n 2"], shape: tuple[int, ...]) -> Ci
     fitted = _fitted(contour, shape)
     if not _inner(contour, shape).all():
         return fitted
-    _, radius = cv2.minEnclosingCircle(contour)
+    _, radius = cv2.minEnclosingCircle(contour - contour.min(axis=0))  # same wherever it lies
     return Circle(fitted.x_px, fitted.y_px, 2.0 * radius + WIDTH_BIAS_PX)
 
 
