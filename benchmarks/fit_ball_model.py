@@ -7,13 +7,14 @@ Weighted logistic regression with a ridge. A candidate's target grows from 0 to 
 overlap with a labelled box goes from 0.4 to 0.7, so that of several outlines of a ball the one that
 fits best is believed most. Every ball weighs the same however many outlines it has, and every set
 of pictures the same however many balls. All sets teach both models, whatever the colour of their
-balls: they show what is none.
+balls: they show what is none. So do drawn shapes of the ball's colour (`drawn_shapes`).
 """
 
 import sys
 from pathlib import Path
 
 import numpy as np
+from drawn_shapes import draw
 from jaxtyping import Float
 from numpy import ndarray
 
@@ -31,6 +32,7 @@ SET_WEIGHT = 300.0  # of the targets of a set
 FEWEST_TARGETS = 10.0  # below which a set only shows what is no ball
 OTHERS_WEIGHT = 0.15
 RIDGE = 3.0
+DRAWN, DRAWN_WEIGHT = 40, 75.0  # pictures, and the weight of all they show
 STEPS, CONVERGED = 50, 1e-8
 
 Sample = tuple[Float[ndarray, "n k"], Float[ndarray, "n"], Float[ndarray, "n"]]
@@ -42,7 +44,16 @@ def main(arguments: list[str]) -> None:
     sets = read_picture_sets(folder, ball_class)
     for name, colour in (("HUED", ORANGE), ("PALE", WHITE)):
         samples = [weighed([sample(*one.read(), colour) for one in s.pictures]) for s in sets]
+        samples.append(drawn_samples(colour))
         print(f"{name} = {fit(*map(np.concatenate, zip(*samples, strict=True)))}")
+
+
+def drawn_samples(colour: Colour) -> Sample:
+    """Return the candidates of drawn pictures, which show no ball."""
+    rng, none = np.random.default_rng(0), np.empty((0, 4))
+    pictures = [sample(draw(rng, colour), none, colour) for _ in range(DRAWN)]
+    features, targets, _ = map(np.concatenate, zip(*pictures, strict=True))
+    return features, targets, np.full(len(targets), DRAWN_WEIGHT / len(targets))
 
 
 def sample(picture: Picture, boxes: Float[ndarray, "n 4"], colour: Colour) -> Sample:

@@ -110,7 +110,7 @@ def _read_boxes(picture: Path) -> Float[ndarray, "n 5"]:
     path = picture.with_suffix(".txt")
     if not path.is_file():
         raise InputError(
-            f"{picture}: no labels {path.name} beside it; expected a file, empty if it shows no ball"
+            f"{picture}: no labels {path.name} beside it; expected one, empty where no ball is"
         )
     rows = [
         _box(f"{path}: line {number}:", line)

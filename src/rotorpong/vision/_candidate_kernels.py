@@ -96,7 +96,7 @@ def measure_areas(measures, tint, picture, x, y, radius):
     height, width = tint.shape
     core, near, far = CORE * radius, RING_FROM * radius + 0.7, RING_TO * radius + 2.0
     reach, step = int(far) + 1, max(1, int(radius / ACROSS))
-    middle_x, middle_y = int(round(x)), int(round(y))
+    middle_x, middle_y = round(x), round(y)
     sums, counts = np.zeros(SECTORS), np.zeros(SECTORS)
     inside = np.zeros(5)  # tint, its square, blue, green, red
     count = 0
@@ -186,8 +186,8 @@ def measure_edges(measures, tint, x, y, radius):
 @kernel
 def sample(tint, x, y, away, angle):
     """Return the tint of the pixel at a distance and an angle from a centre, -1 beyond."""
-    column = int(round(x + away * math.cos(angle)))
-    row = int(round(y + away * math.sin(angle)))
+    column = round(x + away * math.cos(angle))
+    row = round(y + away * math.sin(angle))
     if row < 0 or column < 0 or row >= tint.shape[0] or column >= tint.shape[1]:
         return -1
     return int(tint[row, column])

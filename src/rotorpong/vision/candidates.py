@@ -11,8 +11,9 @@ No threshold on it is right for all balls, so all are tried, 10 to 12 levels apa
 patch at every level whose enclosing circle it fills well enough, and with a pixel of the colour's
 core, is a candidate. So a ball is found many times, and once at the level that tells it from its
 surroundings, be they grass, a hand or a light floor. Only the box around all cores is searched, and
-as much around it as a ball may go on. Candidates are described by 20 features of outline, contrast, edge, size and colour
-(`FEATURES`), each without unit, so that one model (`ball_model`) can judge them in any picture.
+as much around it as a ball may go on. Candidates are described by 22 features of outline, contrast,
+edge, size and colour (`FEATURES`), each without unit, so that one model (`ball_model`) can judge
+them in any picture.
 """
 
 import math
@@ -64,6 +65,8 @@ FEATURES = (
     "uneven",  # standard deviation in the core over contrast
     "size",  # log of diameter over 10 px
     "size squared",
+    "size x arc",  # outlines tell more of large balls
+    "size x corners",
     "level",  # threshold: 0 as the ring, 1 as the core
     "saturation",  # of the core: log of that over a typical ball's (over 100 without a hue)
     "saturation squared",
@@ -78,7 +81,7 @@ class Candidates:
 
     contours: list[Int32[ndarray, "_ 2"]]  # centres of their outermost pixels
     circles: Float[ndarray, "n 3"]  # around them: centre, diameter, px
-    features: Float[ndarray, "n 20"]  # in the order of FEATURES
+    features: Float[ndarray, "n 22"]  # in the order of FEATURES
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +121,8 @@ def find_candidates(picture: Picture, colour: Colour) -> Candidates:
     kernels.describe(measures, tint, part, circles)
     plain = measures[:, kernels.CORE_MEAN] - measures[:, kernels.RING_MEAN] >= LEAST_CONTRAST
     kept = [patch for patch, is_plain in zip(patches, plain, strict=True) if is_plain]
-    features = np.column_stack([_outlines(kept), _contrasts(measures[plain], kept, colour)])
+    outlines = _outlines(kept)
+    features = np.column_stack([outlines, _contrasts(measures[plain], outlines, kept, colour)])
     corner = np.array((left, top), np.int32)
     contours = [patch.contour[:, 0] + corner for patch in kept]
     return Candidates(contours, circles[plain] * (1, 1, 2) + (left, top, 0), features)
@@ -221,8 +225,11 @@ def _axes(points: Float[ndarray, "n 2"]) -> float:
 
 
 def _contrasts(
-    measures: Float[ndarray, "n _"], patches: list[_Patch], colour: Colour
-) -> Float[ndarray, "n 15"]:
+    measures: Float[ndarray, "n _"],
+    outlines: Float[ndarray, "n 5"],
+    patches: list[_Patch],
+    colour: Colour,
+) -> Float[ndarray, "n 17"]:
     """Return the features of contrast, edge, size and colour."""
     core, ring = measures[:, kernels.CORE_MEAN], measures[:, kernels.RING_MEAN]
     contrast = core - ring
@@ -244,6 +251,8 @@ def _contrasts(
             np.clip(measures[:, kernels.CORE_SD] / contrast, 0.0, 1.0),
             size,
             size**2,
+            size * outlines[:, FEATURES.index("arc")],
+            size * outlines[:, FEATURES.index("corners")],
             level,
             saturation,
             saturation**2,

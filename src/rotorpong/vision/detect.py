@@ -1,8 +1,13 @@
-"""One picture in, candidate balls out, best first.
+"""One picture in, candidate balls out, best first: a thorough search and a quick one.
 
-Colour segmentation in HSV (section III of the paper; OpenCV's scale: hue 0..180, the others
-0..255), connected blobs by their outer contours, and a score per blob that needs nothing but the
-blob, so that scores compare between pictures:
+`detect` tries all thresholds of a colour and asks a model of a ball (`candidates`, `ball_model`);
+its score is how sure that model is. Outlines of one ball overlap: the best one's score counts, and
+their mean circle, weighed by squared score.
+
+`find_balls` is for pictures in which little else has the colour, or for the tracker, which knows
+where the ball is. It segments in HSV (section III of the paper; OpenCV's scale: hue 0..180, the
+others 0..255) at one threshold, takes connected blobs by their outer contours, and scores each from
+nothing but the blob, so that scores compare between pictures:
 
     score = likeness x roundness x size, each in 0..1
     likeness   exp(-2 |(mean hsv - typical) / (upper - lower)|^2)

@@ -201,7 +201,9 @@ def held_out(pictures: Sequence[Matches]) -> tuple[float, float]:
     for k in range(number):
         others = [one for one, at in zip(pictures, part, strict=True) if at != k]
         threshold = threshold_at(pooled(others), PRECISION) if others else np.inf
-        tried.append((pooled([pictures[i] for i in np.flatnonzero(part == k)]), threshold))
+        tried.append(
+            (pooled([one for one, at in zip(pictures, part, strict=True) if at == k]), threshold)
+        )
     return _recall_and_precision(tried)
 
 
