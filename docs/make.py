@@ -41,8 +41,8 @@ rotorpong bench eyes --images DIR --ball-class 1 --colour orange
 
 Each set has rows for
 
-- `recall at precision 0.95`: the share of the labelled balls found at the lowest score at which 95 %
-  of what is found is a ball; `precision there`; and `least score there`, what to give
+- `recall at precision 0.95`: the share of the labelled balls found at the lowest score at which
+  95 % of what is found is a ball; `precision there`; and `least score there`, what to give
   `detect --min-score` for pictures like these;
 - `held-out recall` and `held-out precision`: the same, each fifth of the pictures with the score
   that the other four need: what to expect of other pictures;
