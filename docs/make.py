@@ -28,7 +28,8 @@ nothing else. Bad input ends with exit status 2 and one line. This page is made 
 `python docs/make.py`.
 """
 
-TAIL = """Measure how well balls are found in your own pictures. `DIR` is a folder of pictures with YOLO
+TAIL = """\
+Measure how well balls are found in your own pictures. `DIR` is a folder of pictures with YOLO
 labels, or of such folders, each a set: `NAME.txt` beside `NAME.jpg` has a line `class x y width
 height` per box, centre and size in shares of the picture, and is empty where no ball is. Where
 labels are of one class, that is the ball; where they are of several, `--ball-class 1` says which.
