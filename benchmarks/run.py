@@ -70,17 +70,17 @@ def render_frames(camera_name: str) -> Part:
 
 
 def detect_ball(camera_name: str) -> Part:
-    """Search a whole rendered picture for the ball."""
+    """Search a whole rendered picture for the ball, as the tracker does."""
     import cv2
 
-    from rotorpong.vision.detect import detect
+    from rotorpong.vision.detect import find_balls
 
     cv2.setNumThreads(1)
     render_one, _, _ = render_frames(camera_name)
     picture = render_one()
-    if not detect(picture):
+    if not find_balls(picture):
         raise RuntimeError("the picture to be searched shows no ball")
-    return lambda: detect(picture), 1e3, "ms"
+    return lambda: find_balls(picture), 1e3, "ms"
 
 
 def roll_out_dmp() -> Part:

@@ -28,6 +28,31 @@ nothing else. Bad input ends with exit status 2 and one line. This page is made 
 `python docs/make.py`.
 """
 
+TAIL = """\
+Measure how well balls are found in your own pictures. `DIR` is a folder of pictures with YOLO
+labels, or of such folders, each a set: `NAME.txt` beside `NAME.jpg` has a line `class x y width
+height` per box, centre and size in shares of the picture, and is empty where no ball is. Where
+labels are of one class, that is the ball; where they are of several, `--ball-class 1` says which.
+Every set is looked through for orange balls, and for orange and white ones; `--colour` names other
+colours, as for `detect`.
+
+```sh
+rotorpong bench eyes --images DIR --ball-class 1 --colour orange
+```
+
+Each set has rows for
+
+- `recall at precision 0.95`: the share of the labelled balls found at the lowest score at which
+  95 % of what is found is a ball; `precision there`; and `least score there`, what to give
+  `detect --min-score` for pictures like these;
+- `held-out recall` and `held-out precision`: the same, each fifth of the pictures with the score
+  that the other four need: what to expect of other pictures;
+- `average precision`: the area under precision over recall, all scores;
+- of the balls found, medians of `overlap` (of the circle's square and the box, intersection over
+  union: from 0.5 it counts as found), `centre error` in px and `diameter ratio` (the circle's
+  diameter over the box's mean side).
+"""
+
 EXAMPLES = (
     ("Is this machine fit?", "rotorpong doctor"),
     (
@@ -106,7 +131,7 @@ def main() -> None:
         draw = DOCS.parent / "examples" / "draw_calibration.py"
         subprocess.run([sys.executable, str(draw), "calibration"], cwd=folder, check=True)
         parts = [f"{why}\n\n{shown(commands, folder)}\n" for why, *commands in EXAMPLES]
-    (DOCS / "commands.md").write_text("\n".join([HEAD, *parts]))
+    (DOCS / "commands.md").write_text("\n".join([HEAD, *parts, TAIL]))
 
 
 def shown(commands: list[str], folder: str) -> str:

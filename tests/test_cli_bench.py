@@ -24,6 +24,10 @@ BAD = {
     "bench world --flights few": "few: no free flight of 12 points and 0.12 s in 1 recordings",
     "bench world --events empty --out new": "empty: 0 files, none of them with the header",
     "bench world --events text": "text: begins with 'hello'; expected the header",
+    "bench world --images few": "--images with bench world: belongs to bench eyes",
+    "bench eyes --images gone": "gone: expected a folder of pictures with labels",
+    "bench eyes --images empty": "empty: no picture in it or in its folders",
+    "bench eyes --ball-class 0": "--ball-class: expected --images beside it",
     "bench world --quick 3": "Unrecognized options: 3",
 }
 

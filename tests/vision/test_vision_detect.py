@@ -8,9 +8,11 @@ from vision_drawing import GREY, ORANGE, WHITE, court, plain, with_ball
 
 from rotorpong.conventions import InputError
 from rotorpong.vision._search_kernels import find_reach, passes
-from rotorpong.vision.detect import COLOURS, Colour, as_picture, detect, find_blobs
+from rotorpong.vision.colour import COLOURS, Colour
+from rotorpong.vision.detect import as_picture, detect, find_balls, find_blobs
 
 PLAUSIBLE = 0.15
+CREAM, SKIN = (200, 216, 217), (125, 155, 205)
 
 
 def only_ball(picture, **options):
@@ -152,6 +154,75 @@ def test_white_balls_are_found_when_asked_for():
     assert only_ball(blue, colours=(mine,)).colour == "mine"
 
 
+def shaded(picture, center, diameter, colour):
+    """Return the picture with a ball lit from above, its lower half in its own shade."""
+    drawn = picture.copy()
+    for step in np.linspace(0.0, 1.0, 30):
+        light = 0.8 + 0.2 * step
+        shrunk = diameter * (1.0 - step)
+        if shrunk > 1.0:
+            place = (center[0], center[1] - 0.25 * (diameter - shrunk))
+            drawn = with_ball(drawn, place, shrunk, tuple(light * c for c in colour))
+    return drawn
+
+
+@pytest.mark.parametrize("diameter", [16.0, 24.0, 40.0])
+def test_a_white_ball_is_found_on_a_light_floor(diameter):
+    rng = np.random.default_rng(8)
+    floor = plain((240, 320), CREAM) + rng.normal(0.0, 2.0, (240, 320, 3))
+    floor = np.clip(floor, 0, 255).astype(np.uint8)
+    best = detect(shaded(floor, (160.3, 120.2), diameter, WHITE), ("white",))[0]
+    assert (best.x_px, best.y_px) == pytest.approx((160.3, 120.2), abs=0.15 * diameter)
+    assert best.diameter_px == pytest.approx(0.85 * diameter, rel=0.2)  # its shade is the floor's
+    assert best.score > PLAUSIBLE
+
+
+def test_a_ball_in_a_hand_is_found_without_the_hand():
+    hand = with_ball(plain((240, 320)), (150.0, 130.0), 70.0, (90, 120, 190))
+    best = detect(with_ball(hand, (165.0, 105.0), 30.0))[0]
+    assert (best.x_px, best.y_px) == pytest.approx((165.0, 105.0), abs=0.7)
+    assert best.diameter_px == pytest.approx(30.0, abs=1.5)
+    assert best.score > PLAUSIBLE
+
+
+def test_a_pale_and_blurred_ball_is_found():
+    pale = cv2.GaussianBlur(with_ball(plain(), (80.0, 60.0), 14.0, (95, 150, 230)), (0, 0), 1.5)
+    ball = detect(pale)[0]
+    assert (ball.x_px, ball.y_px) == pytest.approx((80.0, 60.0), abs=0.5)
+    assert ball.diameter_px == pytest.approx(14.0, abs=2.5)
+    assert ball.score > PLAUSIBLE
+
+
+def test_ten_balls_are_found_once_each():
+    picture, centers = plain((240, 320)), []
+    for i in range(10):
+        centers.append((30.0 + 60.0 * (i % 5), 70.0 + 90.0 * (i // 5)))
+        picture = with_ball(picture, centers[-1], 12.0 + 2.0 * i)
+    found = sorted((ball.y_px > 120, ball.x_px, ball.y_px) for ball in detect(picture))
+    assert [place[1:] for place in found] == [pytest.approx(c, abs=0.5) for c in centers]
+
+
+def test_what_is_no_ball_is_no_confident_guess():
+    room = court(np.random.default_rng(3))
+    room = with_ball(room, (120.0, 90.0), 50.0, SKIN)  # a face
+    cv2.rectangle(room, (400, 60), (480, 170), (40, 40, 200), -1)  # a shirt
+    cv2.rectangle(room, (20, 200), (60, 350), (120, 152, 188), -1)  # wood
+    cv2.rectangle(room, (540, 40), (550, 300), ORANGE, -1)  # a post
+    assert [ball for ball in detect(room) if ball.score > 0.5] == []
+    assert max(b.score for b in detect(with_ball(room, (250.0, 250.0), 20.0))) > 0.5
+
+
+def test_the_quick_search_finds_the_same_balls():
+    picture = with_ball(with_ball(plain(), (40.3, 60.4), 16.0), (110.2, 70.1), 24.0)
+    quick, thorough = ({round(b.x_px): b for b in f(picture)} for f in (find_balls, detect))
+    assert quick.keys() == thorough.keys() == {40, 110}
+    for x, ball in quick.items():
+        assert (ball.x_px, ball.y_px) == pytest.approx(
+            (thorough[x].x_px, thorough[x].y_px), abs=0.2
+        )
+        assert ball.diameter_px == pytest.approx(thorough[x].diameter_px, abs=1.0)
+
+
 def test_a_ball_cut_by_the_border_keeps_its_circle():
     ball = only_ball(with_ball(plain(), (8.0, 60.0), 40.0))
     assert (ball.x_px, ball.y_px) == pytest.approx((8.0, 60.0), abs=0.7)
@@ -205,3 +276,5 @@ def test_arrays_that_are_no_pictures_are_refused(picture):
 def test_an_unknown_colour_names_the_known_ones():
     with pytest.raises(InputError, match="'mauve'; available: orange, white"):
         detect(plain(), ("mauve",))
+    with pytest.raises(InputError, match="'mauve'; available: orange, white"):
+        find_balls(plain(), ("mauve",))

@@ -25,6 +25,12 @@ class Bench(Common):
     """Folder of measured flights: adds what the ball's model leaves of them."""
     events: Path | None = None
     """File or folder of measured bounces: adds what the laws of contact leave of them."""
+    images: Path | None = None
+    """Folder of labelled pictures, or of such folders: adds how well detect finds their balls."""
+    ball_class: int | None = None
+    """Of a ball in labels of several classes."""
+    colour: str | None = None
+    """To look for in the pictures, as detect takes it; by default orange, and orange,white."""
     out: Path | None = None
     """Folder for figures of growth with balls, trials, pixels and workers."""
     quick: FlagCreatePairsOff[bool] = False
@@ -37,7 +43,15 @@ class Bench(Common):
         from rotorpong.lab.bench.timing import is_single_thread
 
         order = Order(
-            self.what, self.quick, self.peers, self.flights, self.events, self.out
+            self.what,
+            self.quick,
+            self.peers,
+            self.flights,
+            self.events,
+            self.out,
+            self.images,
+            self.ball_class,
+            self.colour,
         ).check()
         if not is_single_thread():
             say("numeric libraries run as many threads as they like: OMP_NUM_THREADS etc. unset")

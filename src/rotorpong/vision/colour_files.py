@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from rotorpong.conventions import InputError
-from rotorpong.vision.detect import Colour
+from rotorpong.vision.colour import Colour
 
 LARGEST_FILE = 2**16  # bytes
 LONGEST_NAME = 40

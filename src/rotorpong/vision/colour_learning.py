@@ -24,7 +24,7 @@ from jaxtyping import Bool, Float, UInt8
 from numpy import ndarray
 
 from rotorpong.conventions import InputError
-from rotorpong.vision.detect import Colour
+from rotorpong.vision.colour import Colour
 
 QUANTILES = (0.01, 0.02, 0.05, 0.1, 0.15)
 NOISE = np.array([3.0, 10.0, 10.0])  # hue, saturation, value: always between quantile and limit

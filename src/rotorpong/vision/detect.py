@@ -1,8 +1,13 @@
-"""One picture in, candidate balls out, best first.
+"""One picture in, candidate balls out, best first: a thorough search and a quick one.
 
-Colour segmentation in HSV (section III of the paper; OpenCV's scale: hue 0..180, the others
-0..255), connected blobs by their outer contours, and a score per blob that needs nothing but the
-blob, so that scores compare between pictures:
+`detect` tries all thresholds of a colour and asks a model of a ball (`candidates`, `ball_model`);
+its score is how sure that model is. Outlines of one ball overlap: the best one's score counts, and
+their mean circle, weighed by squared score.
+
+`find_balls` is for pictures in which little else has the colour, or for the tracker, which knows
+where the ball is. It segments in HSV (section III of the paper; OpenCV's scale: hue 0..180, the
+others 0..255) at one threshold, takes connected blobs by their outer contours, and scores each from
+nothing but the blob, so that scores compare between pictures:
 
     score = likeness x roundness x size, each in 0..1
     likeness   exp(-2 |(mean hsv - typical) / (upper - lower)|^2)
@@ -23,12 +28,15 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from jaxtyping import Int32, Int64, UInt8
+from jaxtyping import Bool, Float, Int32, Int64, UInt8
 from numpy import ndarray
 
 from rotorpong.conventions import InputError, Picture
 from rotorpong.vision._search_kernels import find_reach
-from rotorpong.vision.measure import OUTLINE_BIAS_PX, fit_circle, outer_arc
+from rotorpong.vision.ball_model import HUED, PALE, probability
+from rotorpong.vision.candidates import find_candidates
+from rotorpong.vision.colour import COLOURS, ORANGE, Colour
+from rotorpong.vision.measure import OUTLINE_BIAS_PX, Circle, fit_circle, outer_arc
 
 LARGE_PICTURE_PIXELS = 640 * 480  # above this the search runs at half the size
 MINIMUM_BLOB_PIXELS = 4  # half of a ball 3 px wide
@@ -37,24 +45,13 @@ SIZE_SCALE_PX = 3.0
 MINIMUM_ROUNDNESS = 0.2
 MINIMUM_ARC_POINTS = 8
 BOX_MARGIN_PX = 6  # around a core, and half its size
+WIDTH_BIAS_PX = 0.5  # half a pixel on either side is the ball's as well, less what blur adds
+LEAST_SCORE = 0.01  # of a ball that `detect` reports
+MOST_BALLS = 64  # that it reports
+SAME_OVERLAP, SAME_SCORE = 0.4, 0.05  # of outlines of one ball: with the best, over its score
+CLEAR_OVERLAP = 0.15  # of different balls
 
 Mask = UInt8[ndarray, "height width"]
-
-
-@dataclass(frozen=True, slots=True)
-class Colour:
-    """A ball's colour in OpenCV's HSV: limits of its pixels, and the mean of a typical ball."""
-
-    name: str
-    core: tuple[int, int, int]  # lower limits that at least one pixel of a ball keeps
-    lower: tuple[int, int, int]  # and all of its pixels
-    upper: tuple[int, int, int]
-    typical: tuple[int, int, int]
-
-
-ORANGE = Colour("orange", (0, 140, 90), (0, 110, 80), (24, 255, 255), (11, 200, 215))
-WHITE = Colour("white", (0, 0, 200), (0, 0, 175), (180, 60, 255), (90, 20, 235))
-COLOURS = {colour.name: colour for colour in (ORANGE, WHITE)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,8 +75,20 @@ class Detection:
     colour: str
 
 
+@dataclass(frozen=True, slots=True)
+class _Guesses:
+    """Candidates of all colours, best first; several may be outlines of the same ball."""
+
+    contours: list[Int32[ndarray, "_ 2"]]
+    circles: Float[ndarray, "n 3"]
+    scores: Float[ndarray, "n"]
+    colours: list[str]
+
+
 def detect(picture: ndarray, colours: Sequence[Colour | str] = (ORANGE,)) -> list[Detection]:
     """Return the candidate balls whose centre is in the picture, best first.
+
+    The thorough search; `find_balls` is the quick one.
 
     Args:
         picture: (height, width) grey, (height, width, 3) BGR or (height, width, 4) BGRA; 8 or 16
@@ -89,10 +98,56 @@ def detect(picture: ndarray, colours: Sequence[Colour | str] = (ORANGE,)) -> lis
     Raises:
         InputError: not such a picture, or an unknown name of a colour.
     """
+    wanted = [_colour(colour) for colour in colours]
     pixels = as_picture(picture)
-    height, width = pixels.shape[:2]
-    balls = [_measured(blob, pixels.shape[:2]) for blob in find_blobs(pixels, colours)]
-    return [b for b in balls if 0 <= b.x_px <= width - 1 and 0 <= b.y_px <= height - 1]
+    guesses = _guesses(pixels, wanted)
+    free = np.ones(len(guesses.scores), bool)
+    balls: list[Detection] = []
+    while free.any() and len(balls) < MOST_BALLS:
+        best = int(np.argmax(free))
+        overlap, near = _overlaps(guesses.circles, best)
+        balls.append(_ball(guesses, best, overlap, pixels.shape[:2]))
+        free &= (overlap < CLEAR_OVERLAP) & ~near
+    return [ball for ball in balls if _is_inside(ball, pixels)]
+
+
+def outline_circle(contour: Int32[ndarray, "n 2"], shape: tuple[int, ...]) -> Circle:
+    """Return the circle of a candidate: around its outer arc's centre, as wide as the outline.
+
+    A ball in shade or hand, or blurred, leaves its outer arc in pieces; how far its outermost
+    pixels are apart holds on.
+
+    Args:
+        contour: centres of its outermost pixels.
+        shape: height and width of the picture.
+    """
+    fitted = _fitted(contour, shape)
+    if not _inner(contour, shape).all():
+        return fitted
+    _, radius = cv2.minEnclosingCircle(contour - contour.min(axis=0))  # same wherever it lies
+    return Circle(fitted.x_px, fitted.y_px, 2.0 * radius + WIDTH_BIAS_PX)
+
+
+def find_balls(picture: ndarray, colours: Sequence[Colour | str] = (ORANGE,)) -> list[Detection]:
+    """Return the blobs that could be balls as `detect` does, from one threshold: quick.
+
+    For pictures where nothing else has the colour, or where what is known of the ball tells which
+    it is. Scores are those of blobs, not of `detect`.
+
+    Args:
+        picture: see `detect`.
+        colours: see `detect`.
+
+    Raises:
+        InputError: see `detect`.
+    """
+    pixels = as_picture(picture)
+    balls = []
+    for blob in find_blobs(pixels, colours):
+        circle = _fitted(blob.contour, pixels.shape[:2])
+        place = (circle.x_px, circle.y_px, circle.diameter_px)
+        balls.append(Detection(*place, blob.score, blob.colour))
+    return [ball for ball in balls if _is_inside(ball, pixels)]
 
 
 def find_blobs(picture: Picture, colours: Sequence[Colour | str] = (ORANGE,)) -> list[Blob]:
@@ -221,14 +276,63 @@ def _likeness(hsv: Picture, inside: Mask, colour: Colour) -> float:
     return math.exp(-2.0 * float(np.sum(((mean - colour.typical) / width) ** 2)))
 
 
-def _measured(blob: Blob, shape: tuple[int, ...]) -> Detection:
-    """Return the ball of a blob: the circle of its outer arc, or of what the border left of it."""
-    points = blob.contour
-    if blob.on_border:
-        inside = np.all((points > 0) & (points < (shape[1] - 1, shape[0] - 1)), axis=1)
-        points = points[inside] if inside.sum() >= MINIMUM_ARC_POINTS else points
-    else:
+def _guesses(picture: Picture, colours: Sequence[Colour]) -> _Guesses:
+    """Return what the model of a ball believes in, best first."""
+    contours, circles, scores, names = [], [np.empty((0, 3))], [np.empty(0)], []
+    for colour in colours:
+        found = find_candidates(picture, colour)
+        contours += found.contours
+        circles.append(found.circles)
+        scores.append(probability(found.features, HUED if colour.has_hue else PALE))
+        names += [colour.name] * len(found.contours)
+    score = np.concatenate(scores)
+    order = np.argsort(-score, kind="stable")
+    order = order[score[order] >= LEAST_SCORE]
+    chosen = [contours[i] for i in order], [names[i] for i in order]
+    return _Guesses(chosen[0], np.concatenate(circles)[order], score[order], chosen[1])
+
+
+def _overlaps(
+    circles: Float[ndarray, "n 3"], best: int
+) -> tuple[Float[ndarray, "n"], Bool[ndarray, "n"]]:
+    """Return how far the squares around circles overlap with one's, and whose centre is near."""
+    away = np.abs(circles[:, :2] - circles[best, :2])
+    sides, side = circles[:, 2], circles[best, 2]
+    shared = np.minimum(np.minimum(sides, side)[:, None], (sides[:, None] + side) / 2 - away)
+    both = np.prod(np.maximum(shared, 0.0), axis=1)
+    near = np.hypot(*away.T) <= np.maximum(sides, side) / 2
+    return both / (sides**2 + side**2 - both), near
+
+
+def _ball(
+    guesses: _Guesses, best: int, overlap: Float[ndarray, "n"], shape: tuple[int, ...]
+) -> Detection:
+    """Return the ball of a guess: the mean circle of its outlines, weighed by squared score."""
+    score, colour = float(guesses.scores[best]), guesses.colours[best]
+    same = (overlap > SAME_OVERLAP) & (guesses.scores >= SAME_SCORE * score)
+    chosen = [i for i in np.flatnonzero(same) if guesses.colours[i] == colour]
+    fits = [outline_circle(guesses.contours[i], shape) for i in chosen]
+    circles = np.array([(fit.x_px, fit.y_px, fit.diameter_px) for fit in fits])
+    x, y, diameter = np.average(circles, axis=0, weights=guesses.scores[chosen] ** 2).tolist()
+    return Detection(x, y, diameter, score, colour)
+
+
+def _fitted(contour: Int32[ndarray, "n 2"], shape: tuple[int, ...]) -> Circle:
+    """Return the circle of a blob's outer arc, or of what the border left of it."""
+    inner, points = _inner(contour, shape), contour
+    if inner.all():
         points = outer_arc(points)
+    elif inner.sum() >= MINIMUM_ARC_POINTS:
+        points = points[inner]
     circle = fit_circle(points)
-    diameter = circle.diameter_px + OUTLINE_BIAS_PX
-    return Detection(circle.x_px, circle.y_px, diameter, blob.score, blob.colour)
+    return Circle(circle.x_px, circle.y_px, circle.diameter_px + OUTLINE_BIAS_PX)
+
+
+def _inner(contour: Int32[ndarray, "n 2"], shape: tuple[int, ...]) -> Bool[ndarray, "n"]:
+    """Tell which points are not on the picture's border."""
+    return np.all((contour > 0) & (contour < (shape[1] - 1, shape[0] - 1)), axis=1)
+
+
+def _is_inside(ball: Detection, picture: Picture) -> bool:
+    height, width = picture.shape[:2]
+    return 0 <= ball.x_px <= width - 1 and 0 <= ball.y_px <= height - 1

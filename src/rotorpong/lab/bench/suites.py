@@ -20,6 +20,7 @@ Suite = Literal["world", "eyes", "primitives"]
 BELONGS: Mapping[str, tuple[Suite, ...]] = {  # what can be ordered of some suites only
     "peers": ("world", "primitives"),
     **dict.fromkeys(("flights", "events", "out"), ("world",)),
+    **dict.fromkeys(("images", "ball_class", "colour"), ("eyes",)),
 }
 
 Advance = Callable[[str, int, int], None]  # what, done, of how many
@@ -35,6 +36,9 @@ class Order:
     flights: Path | None = None  # measured flights, a folder
     events: Path | None = None  # measured events, a file or a folder
     out: Path | None = None  # folder for figures of growth
+    images: Path | None = None  # labelled pictures, a folder
+    ball_class: int | None = None  # in their labels
+    colour: str | None = None  # to look for in them, as `detect` takes it
 
     def check(self) -> "Order":
         """Return the order if all that it names can be read and written, before all measuring.
@@ -52,6 +56,7 @@ class Order:
             _module("real_flights").require(self.flights)
         if self.events is not None:
             _module("real_events").require(self.events)
+        self._check_images()
         if self.peers:
             _module("peers").require(suite=self.suite)
         if self.out is not None:
@@ -60,9 +65,20 @@ class Order:
 
     def _check_suite(self) -> None:
         for name, suites in BELONGS.items():
-            if getattr(self, name) and self.suite not in suites:
+            if getattr(self, name) not in (None, False) and self.suite not in suites:
                 owners = " or ".join(suites)
-                raise InputError(f"--{name} with bench {self.suite}: belongs to bench {owners}")
+                raise InputError(f"{_flag(name)} with bench {self.suite}: belongs to bench {owners}")
+
+    def _check_images(self) -> None:
+        if self.images is not None:
+            _module("image_rows").require(self.images, self.ball_class, self.colour)
+        for name in ("ball_class", "colour"):
+            if getattr(self, name) is not None and self.images is None:
+                raise InputError(f"{_flag(name)}: expected --images beside it")
+
+
+def _flag(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,6 +136,13 @@ EYES = (
     ),
     Section("tracking", lambda order, tell: _module("tracking_rows").rows(quick=order.quick)),
     Section("predicting", lambda order, tell: _module("prediction_rows").rows(quick=order.quick)),
+    Section(
+        "images",
+        lambda order, tell: _module("image_rows").rows(
+            order.images, _named(tell, "images"), ball_class=order.ball_class, colour=order.colour
+        ),
+        lambda order: order.images is not None,
+    ),
 )
 PRIMITIVES = (
     Section("primitives", lambda order, tell: _module("primitives_rows").rows(quick=order.quick)),
