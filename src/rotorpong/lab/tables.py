@@ -31,6 +31,8 @@ def summary_table(result: dict[str, Any]) -> Table:
     for what in ("blackout", "randomize"):
         if result[what]:
             table.add_row(what, "yes")
+    for what, value in _unusual(result).items():
+        table.add_row(what.replace("_", " "), escape(value))
     table.add_row("hits", str(result["hits"]))
     table.add_row("hit rate (95 %)", percent(result["hit_rate"], result["hit_rate_interval"]))
     table.add_row("reachable", str(result["reachable"]))
@@ -46,6 +48,13 @@ def summary_table(result: dict[str, Any]) -> Table:
         split = f"{other['won']} won, {other['lost']} lost, p = {other['p_value']:.1g}"
         table.add_row(f"against {escape(other['file'])}", split)
     return table
+
+
+def _unusual(result: dict[str, Any]) -> dict[str, str]:
+    """Return what is not as the paper has it of ball and eyes."""
+    found = {"ball": result["ball"], **result["eye_settings"]}
+    usual = {"ball": "orange", "colour": result["ball"], "circle_fit": "kasa", "diameter": "whole"}
+    return {what: value for what, value in found.items() if value != usual[what]}
 
 
 def detection_table(result: dict[str, Any]) -> Table:
