@@ -136,7 +136,7 @@ BAD = {
     "detect ball.png --ball-diameter-mm 40000": "ball diameter 40000 mm",
     "detect ball.png --colour pink": "unknown colour 'pink': expected one of orange, white",
     "detect ball.png --colour orange,": "unknown colour ''",
-    "detect ball.png --eyes truth": "unknown eyes 'truth': expected one of paper",
+    "detect ball.png --eyes truth": "unknown eyes 'truth': expected one of paper, tracker",
     "detect ball.png --camera nikon": "camera 'nikon': expected one of gazebo, ardrone2_360p",
     "detect ball.png --camera ardrone2_720p": "is calibrated for 1280 x 720",
     "detect ball.png --out text": "out 'text' is a file: expected a folder",

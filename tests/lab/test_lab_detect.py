@@ -71,7 +71,7 @@ def test_annotated_pictures_are_written_one_for_each(picture, tmp_path):
 @pytest.mark.parametrize(
     ("search", "said"),
     [
-        ({"eyes": "truth"}, "unknown eyes 'truth': expected one of paper"),
+        ({"eyes": "truth"}, "unknown eyes 'truth': expected one of paper, tracker"),
         ({"colours": ("pink",)}, "unknown colour 'pink': expected one of orange, white"),
         ({"colours": ("orange", "")}, "unknown colour ''"),
         ({"camera": "nikon"}, "camera 'nikon': expected one of gazebo, ardrone2_360p"),

@@ -11,13 +11,8 @@ from vision_drawing import plain, with_ball
 from rotorpong.conventions import InputError
 from rotorpong.physics.camera import GAZEBO, Camera
 from rotorpong.vision.detect import detect
-from rotorpong.vision.pictures import (
-    annotate,
-    as_json,
-    detect_pictures,
-    read_pictures,
-    write_annotated,
-)
+from rotorpong.vision.marks import annotate, write_annotated
+from rotorpong.vision.pictures import as_json, detect_pictures, read_pictures
 
 BALL = with_ball(plain(), (80.3, 60.4), 20.0)
 SMALL = Camera("small", 160, 120, (150.0, 150.0), (79.5, 59.5))

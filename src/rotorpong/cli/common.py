@@ -10,9 +10,6 @@ from typing import Any
 from tyro.conf import FlagCreatePairsOff
 
 
-SAID = {"spec.ball": "ball", "spec.eye_settings": "setting of the eyes", "colour": "colour"}
-
-
 @dataclass(frozen=True, kw_only=True)
 class Common:
     """What every command takes."""
@@ -40,8 +37,8 @@ class Match(Common):
     ball: str = "orange"
     """orange or white."""
     colour: str | None = None
-    """What eyes paper and tracker look for: orange, white, or a FILE.json of `calibrate colour`.
-    Default: the ball's."""
+    """What eyes look for: orange, white or, eyes paper, a FILE.json of `calibrate colour`. Default:
+    the ball's."""
     circle_fit: str | None = None
     """Of eyes paper: kasa (regularised least squares, the default), pratt, taubin or geometric."""
     diameter: str | None = None
@@ -66,6 +63,9 @@ class Varied(Match):
     of a FILE keep the ball, drag, restitution and friction that were measured with them."""
 
 
+SAID = {"spec.ball": "ball", "spec.eye_settings": "setting of the eyes", "colour": "colour"}
+
+
 def knowledge_of(spec: Any, experience: Path | None) -> Any:
     """Return what an experience file taught, saying where it is of another spec; None without."""
     if experience is None:
@@ -79,9 +79,9 @@ def knowledge_of(spec: Any, experience: Path | None) -> Any:
         if run.identity()[what] != ours.identity()[what]:
             contents = f"{what} {then}, not {now}" if then != now else f"another {what} {now}"
             say(f"{experience} was recorded with {contents}")
-    for what in ("spec.ball", "spec.eye_settings", "colour"):
+    for what, words in SAID.items():
         if run.identity().get(what) != ours.identity().get(what):
-            say(f"{experience} was recorded with another {SAID[what]}")
+            say(f"{experience} was recorded with another {words}")
     return knowledge
 
 

@@ -1,7 +1,7 @@
 """Which eyes there are, and what can be set about them.
 
     paper      colour, circle fit, diameter
-    tracker    colour
+    tracker    colour, by name
     truth      nothing: they look at no frame
 
 What is not asked for is as the paper has it: Kasa's circle, whole pixels, and the colour of the
@@ -18,7 +18,6 @@ from rotorpong.lab.choices import require_choice
 from rotorpong.vision.circles import FITS, CircleFit
 from rotorpong.vision.colour_files import read_colour
 from rotorpong.vision.detect import COLOURS, Colour
-from rotorpong.vision.paint import nearest_paint
 
 SETTABLE = {
     "truth": (),
@@ -51,9 +50,11 @@ class EyeSettings:
             require_choice("circle fit", self.circle_fit, CIRCLE_FITS)
         if self.diameter is not None:
             require_choice("diameter", self.diameter, DIAMETERS)
-        colour = self.colour_of(ball)
-        if eyes == "tracker":
-            nearest_paint(colour)
+        if self.colour_of(ball) not in COLOURS.values() and eyes == "tracker":
+            raise InputError(
+                f"--colour {self.colour} with eyes 'tracker': expected {' or '.join(COLOURS)}, "
+                "or eyes paper"
+            )
 
     @property
     def fit(self) -> CircleFit:
@@ -91,7 +92,7 @@ class EyeSettings:
 
     def unusual(self, eyes: str, ball: str) -> dict[str, Any]:
         """Return what is not as the paper has it, but for a colour that `digest` tells."""
-        usual = EyeSettings().as_json(eyes, ball)
+        usual = NOTHING_SET.as_json(eyes, ball)
         found = {**self.as_json(eyes, ball), "colour": self._known_colour(ball)}
         return {what: found[what] for what in usual if found[what] != usual[what]}
 
@@ -100,6 +101,9 @@ class EyeSettings:
         colour = replace(self.colour_of(ball), name="")
         known = [name for name, one in COLOURS.items() if replace(one, name="") == colour]
         return known[0] if known else ball
+
+
+NOTHING_SET = EyeSettings()
 
 
 def require_effect(settings: EyeSettings, eyes: str) -> None:

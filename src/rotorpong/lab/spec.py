@@ -17,7 +17,7 @@ from rotorpong.conventions import InputError, require_seed
 from rotorpong.drone import Eyes, Player
 from rotorpong.files import digest_of
 from rotorpong.lab.choices import require_choice
-from rotorpong.lab.eye_settings import EYES, EyeSettings
+from rotorpong.lab.eye_settings import EYES, NOTHING_SET, EyeSettings
 from rotorpong.lab.randomize import require_randomizable
 from rotorpong.lab.serving import SERVE_KINDS, serve_source
 from rotorpong.lab.tracking import tracker_eyes
@@ -51,7 +51,7 @@ class Spec:
     blackout: bool = False
     randomize: bool = False  # every trial meets a drone, ball, camera and room of its own
     ball: str = "orange"  # its colour
-    eye_settings: EyeSettings = EyeSettings()
+    eye_settings: EyeSettings = NOTHING_SET
 
     def check(self) -> "Spec":
         """Return the spec if everything in it can be built.
@@ -151,7 +151,7 @@ class Spec:
             return TruthEyes(drone)
         lens = camera or drone.camera
         if self.eyes == "tracker":
-            return tracker_eyes(lens, self.vehicle_name, self.serves, self.colour())
+            return tracker_eyes(lens, self.vehicle_name, self.serves, self.colour().name)
         return PaperEyes(
             lens,
             whole_pixels=self.eye_settings.whole_pixels,

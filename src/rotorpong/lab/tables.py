@@ -28,9 +28,6 @@ def summary_table(result: dict[str, Any]) -> Table:
         table.add_row(what, escape(str(result[what])))
     if result["experience"] is not None:
         table.add_row("experience", escape(result["experience"]))
-    for what in ("blackout", "randomize"):
-        if result[what]:
-            table.add_row(what, "yes")
     for what, value in _unusual(result).items():
         table.add_row(what.replace("_", " "), escape(value))
     table.add_row("hits", str(result["hits"]))
@@ -51,10 +48,11 @@ def summary_table(result: dict[str, Any]) -> Table:
 
 
 def _unusual(result: dict[str, Any]) -> dict[str, str]:
-    """Return what is not as the paper has it of ball and eyes."""
-    found = {"ball": result["ball"], **result["eye_settings"]}
+    """Return what is not as the paper has it."""
+    found = {what: "yes" for what in ("blackout", "randomize") if result[what]}
+    seen = {"ball": result["ball"], **result["eye_settings"]}
     usual = {"ball": "orange", "colour": result["ball"], "circle_fit": "kasa", "diameter": "whole"}
-    return {what: value for what, value in found.items() if value != usual[what]}
+    return found | {what: value for what, value in seen.items() if value != usual[what]}
 
 
 def detection_table(result: dict[str, Any]) -> Table:

@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from rotorpong.physics.camera import Camera
-from rotorpong.vision.detect import ORANGE, Colour
 from rotorpong.vision.flight_filter import (
     ARDRONE2_ATTITUDE,
     HUMAN_PRIOR,
@@ -17,7 +16,6 @@ from rotorpong.vision.flight_filter import (
     AttitudeQuality,
     Prior,
 )
-from rotorpong.vision.paint import nearest_paint
 from rotorpong.vision.tracker import TrackerEyes
 from rotorpong.world.racket import HOME_BODY
 
@@ -32,23 +30,16 @@ MEASURED_PRIOR = replace(HUMAN_PRIOR, spin_sd=100.0, velocity_sd=(4.0, 2.0, 4.0)
 ATTITUDES: Mapping[str, AttitudeQuality] = {"tum_gazebo": TUM_ATTITUDE}
 
 
-def tracker_eyes(
-    camera: Camera, vehicle: str, serves: str, colour: Colour = ORANGE
-) -> TrackerEyes:
+def tracker_eyes(camera: Camera, vehicle: str, serves: str, colour: str = "orange") -> TrackerEyes:
     """Return fresh eyes for one serve.
 
     Args:
         camera: what they take the drone's camera for.
         vehicle: name of the drone; of one that is not known, a good gyro is believed.
         serves: kind of serve, or a file.
-        colour: of the ball.
-
-    Raises:
-        InputError: the tracker cannot measure balls of this colour.
+        colour: of the ball, by name.
     """
     attitude = ATTITUDES.get(vehicle, ARDRONE2_ATTITUDE)
     prior = PRIORS.get(serves, MEASURED_PRIOR)
-    known = replace(colour, name=nearest_paint(colour).name)  # by which it knows how to measure
-    return TrackerEyes(
-        camera, home=HOME_BODY, prior=replace(prior, attitude=attitude), colours=(known,)
-    )
+    known = replace(prior, attitude=attitude)
+    return TrackerEyes(camera, home=HOME_BODY, prior=known, colours=(colour,))
