@@ -11,10 +11,11 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import cv2
+from numpy import ndarray
 
 from rotorpong.conventions import InputError, Picture
 from rotorpong.files import replacing
-from rotorpong.vision.pictures import hush_codecs, read_pictures
+from rotorpong.vision.pictures import hush_codecs, name_for_opencv, read_pictures
 
 CODECS = {".mp4": "mp4v", ".m4v": "mp4v", ".mov": "mp4v", ".mkv": "mp4v", ".avi": "XVID"}
 LARGEST_SIDE_PX = 8190  # of MPEG-4
@@ -62,7 +63,7 @@ class Film:
             )
         codec = cv2.VideoWriter.fourcc(*CODECS[self._path.suffix.lower()])
         for rate in dict.fromkeys(round(self._rate, decimals) for decimals in DECIMALS):
-            writer = cv2.VideoWriter(str(self._draft), codec, rate, (width, height))
+            writer = cv2.VideoWriter(name_for_opencv(self._draft), codec, rate, (width, height))
             if writer.isOpened():
                 return writer
             writer.release()
@@ -89,7 +90,7 @@ def film(path: Path, frames_per_second: float) -> Iterator[Film]:
             raise InputError(f"{path.parent}: a film broke off there; is the disk full?")
 
 
-def _even(picture: Picture) -> Picture:
+def _even(picture: Picture) -> ndarray:
     height, width = picture.shape[:2]
     if not (height % 2 or width % 2):
         return picture

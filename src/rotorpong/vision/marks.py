@@ -13,10 +13,14 @@ from rotorpong.vision.linking import Track
 from rotorpong.vision.located import LocatedBall
 from rotorpong.vision.pictures import PictureBalls
 
+Bgr = tuple[int, int, int]
+
 MARK = (255, 0, 255)  # blue, green, red: magenta, which no ball has
 TRAILS = ((255, 0, 255), (255, 255, 0), (0, 255, 0), (255, 64, 64), (128, 0, 255))  # by number
 USUAL_HEIGHT_PX = 720  # up to which letters and lines are of one size
 LETTERS = 0.4  # size
+FONT = cv2.FONT_HERSHEY_SIMPLEX
+EDGES = (40, 40, 40)  # of letters
 LINE_PX = 13  # from one line of text to the next
 
 
@@ -41,10 +45,7 @@ def annotate(
         cv2.circle(marked, center, radius, colour, size, cv2.LINE_AA)
         for line, text in enumerate(_label(ball, track)):
             corner = (center[0] + radius + 2, center[1] + line * LINE_PX * size)
-            letters = LETTERS * size
-            cv2.putText(
-                marked, text, corner, cv2.FONT_HERSHEY_SIMPLEX, letters, colour, size, cv2.LINE_AA
-            )
+            _write(marked, text, corner, colour)
     return marked
 
 
@@ -97,6 +98,15 @@ def make_folder(folder: Path) -> Path:
     return folder
 
 
+def _write(picture: Picture, text: str, corner: tuple[int, int], colour: Bgr) -> None:
+    """Write with dark edges, further left where the picture ends."""
+    size = _size(picture)
+    (width, _), _ = cv2.getTextSize(text, FONT, LETTERS * size, size)
+    place = (max(0, min(corner[0], picture.shape[1] - width - 2)), corner[1])
+    for ink, strength in ((EDGES, 3 * size), (colour, size)):
+        cv2.putText(picture, text, place, FONT, LETTERS * size, ink, strength, cv2.LINE_AA)
+
+
 def _label(ball: LocatedBall | Detection, track: Track | None) -> list[str]:
     number = "" if track is None or track.number is None else f" #{track.number}"
     lines = [f"{ball.colour} {ball.score:.2f}{number}"]
@@ -105,7 +115,7 @@ def _label(ball: LocatedBall | Detection, track: Track | None) -> list[str]:
     return lines
 
 
-def _colour(track: Track | None) -> tuple[int, int, int]:
+def _colour(track: Track | None) -> Bgr:
     if track is None or track.number is None:
         return MARK
     return TRAILS[(track.number - 1) % len(TRAILS)]

@@ -8,6 +8,7 @@ of other files with several pictures the first is taken, which the log says.
 
 import logging
 import os
+import stat
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -24,7 +25,6 @@ from rotorpong.vision.located import LocatedBall, StillEyes
 
 PICTURE_SUFFIXES = {".jpg", ".jpeg", ".png", ".bmp", ".tif", ".tiff", ".webp", ".ppm", ".pgm"}
 VIDEO_SUFFIXES = {".mp4", ".avi", ".mov", ".mkv", ".m4v", ".webm", ".mpg", ".mpeg", ".gif"}
-PAGED_SUFFIXES = {".tif", ".tiff", ".webp"}  # may hold several pictures
 USUAL_FPS = 30.0  # frames per second, of what does not say
 FPS_RANGE = (0.1, 1000.0)
 LONGEST_NUMBER = 18  # digits, in the name of a numbered picture
@@ -80,6 +80,8 @@ def look_at(paths: Sequence[str | Path], eyes: StillEyes) -> Iterator[PictureBal
     """
     if not 0.0 <= eyes.min_score <= 1.0:
         raise InputError(f"minimum score {eyes.min_score}; expected 0 to 1")
+    if not 0.0 < eyes.ball_diameter < 1.0:
+        raise InputError(f"ball diameter {eyes.ball_diameter} m; expected above 0 and below 1 m")
     for path, frame, picture in read_pictures(paths):
         if eyes.camera is not None:
             _check_size(picture, eyes.camera, path)
@@ -128,12 +130,10 @@ def read_pictures(paths: Sequence[str | Path]) -> Iterator[tuple[Path, int, Pict
     if not paths:
         raise InputError("no path given; expected pictures, folders or videos")
     for path in map(Path, paths):
-        if path.is_dir():
+        if _kind_of(path) == stat.S_IFDIR:
             yield from _read_folder(path)
-        elif path.is_file():
-            yield from _read_file(path)
         else:
-            raise InputError(f"{path}: no such file or folder")
+            yield from _read_file(path)
 
 
 def read_picture(path: Path) -> Picture:
@@ -156,7 +156,7 @@ def read_picture(path: Path) -> Picture:
 
 def frame_rate(path: Path) -> float:
     """Return how many frames per second a video says it has; 30 where it says nothing sensible."""
-    capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+    capture = cv2.VideoCapture(name_for_opencv(path), cv2.CAP_FFMPEG)
     try:
         said = float(capture.get(cv2.CAP_PROP_FPS)) if capture.isOpened() else 0.0
     finally:
@@ -183,14 +183,44 @@ def follows(before: PictureBalls, after: PictureBalls) -> bool:
     return number is not None and _numbered(after.path) == (kept, number + 1)
 
 
+def name_for_opencv(path: Path) -> str:
+    """Return the name of a file as OpenCV can take it: from any other text it crashes.
+
+    Raises:
+        InputError: it is no UTF-8.
+    """
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        name = str(path).encode(errors="replace").decode()
+        raise InputError(f"{name}: OpenCV needs names in UTF-8; expected another name") from None
+    return str(path)
+
+
 def hush_codecs() -> None:
     """Keep OpenCV's and FFmpeg's own complaints off stderr: ours name the file."""
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
 
 
+def _kind_of(path: Path) -> int:
+    """Return whether a path is a folder or a file, S_IFDIR or S_IFREG of `stat`."""
+    try:
+        kind = stat.S_IFMT(path.stat().st_mode)
+    except (FileNotFoundError, NotADirectoryError):
+        raise InputError(f"{path}: no such file or folder") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    if kind not in (stat.S_IFDIR, stat.S_IFREG):
+        raise InputError(f"{path}: neither a file nor a folder; expected pictures or videos")
+    return kind
+
+
 def _read_folder(folder: Path) -> Iterator[tuple[Path, int, Picture]]:
-    entries = sorted(folder.iterdir())
+    try:
+        entries = sorted(folder.iterdir())
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be read ({error.strerror})") from None
     known = [path for path in entries if path.is_file() and _is_known(path)]
     passed_over, dropped, pictures = len(entries) - len(known), [], 0
     for path in known:
@@ -235,17 +265,16 @@ def _read_file(path: Path) -> Iterator[tuple[Path, int, Picture]]:
 
 def _tell_pages(path: Path) -> None:
     """Say so where a file holds more pictures than the first."""
-    if path.suffix.lower() in PAGED_SUFFIXES:
-        try:
-            pages = cv2.imcount(str(path))
-        except cv2.error:
-            pages = 1
-        if pages > 1:
-            log.warning("%s: holds %d pictures; only the first is looked at", path, pages)
+    try:
+        pages = cv2.imcount(name_for_opencv(path))
+    except (cv2.error, InputError):  # what cannot be counted was read all the same
+        pages = 1
+    if pages > 1:
+        log.warning("%s: holds %d pictures; only the first is looked at", path, pages)
 
 
 def _read_video(path: Path) -> Iterator[tuple[Path, int, Picture]]:
-    capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+    capture = cv2.VideoCapture(name_for_opencv(path), cv2.CAP_FFMPEG)
     try:
         promised = int(capture.get(cv2.CAP_PROP_FRAME_COUNT)) if capture.isOpened() else 0
         frames = 0
