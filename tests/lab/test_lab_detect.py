@@ -164,30 +164,28 @@ def frames_of(path):
 
 
 def test_the_tracker_measures_and_numbers_the_ball_of_a_video(tmp_path):
-    answer = found(flight(tmp_path / "ball.mp4", range(0, 100, 5)), eyes="tracker")
+    answer = found(flight(tmp_path / "ball.mkv", range(0, 100, 5), "FFV1"), eyes="tracker")
     assert json.loads(json.dumps(answer, allow_nan=False)) == answer
     balls = [entry["balls"] for entry in answer["pictures"]]
     assert [len(these) for these in balls] == [1] * 20
     assert {ball["track"] for (ball,) in balls} == {1}
     assert set(balls[0][0]) == BALL_KEYS | {"track"}
     x = [ball["x_px"] for (ball,) in balls]
-    np.testing.assert_allclose(x, 300.0 + 5.0 * np.arange(20), atol=0.3)
+    np.testing.assert_allclose(x, 300.0 + 5.0 * np.arange(20), atol=0.05)
 
 
-def test_the_tracker_places_a_ball_nearer_to_the_truth_than_the_circle_does(tmp_path):
-    """A ball of 24.5 px, seen by the gazebo camera, is 374.7 * 0.04 / 24.5 m away."""
+def test_the_tracker_places_a_still_ball_to_a_millimetre(tmp_path):
+    """Eight times as large, then averaged: covered as exactly as its area was drawn."""
     big = np.full((360 * 8, 640 * 8, 3), 120, np.uint8)
     cv2.circle(big, (2560, 1440), 98, (0, 120, 255), -1)
-    cv2.imwrite(
-        str(tmp_path / "ball.png"), cv2.resize(big, (640, 360), interpolation=cv2.INTER_AREA)
-    )
-    depths = {
-        eyes: found(tmp_path / "ball.png", eyes=eyes, camera="gazebo")["pictures"][0]["balls"][0]
-        for eyes in ("paper", "tracker")
-    }
-    errors = {e: abs(ball["position_m"][2] - 374.7 * 0.04 / 24.625) for e, ball in depths.items()}
-    assert errors["tracker"] < 0.5 * errors["paper"]
-    assert errors["tracker"] < 0.003
+    radius = np.sqrt(np.sum(big[..., 2] == 255) / np.pi) / 8
+    shown = cv2.resize(big, (640, 360), interpolation=cv2.INTER_AREA)
+    cv2.imwrite(str(tmp_path / "ball.png"), shown)
+    answer = found(tmp_path / "ball.png", eyes="tracker", camera="gazebo")
+    (ball,) = answer["pictures"][0]["balls"]
+    distance = 0.02 / np.sin(np.arctan(radius / 374.7))  # of a sphere on the axis
+    assert np.linalg.norm(ball["position_m"]) == pytest.approx(distance, abs=0.001)
+    assert np.sqrt(ball["covariance_m2"][2][2]) < 0.02
 
 
 def test_pictures_numbered_one_after_the_other_are_a_sequence_and_others_are_not(tmp_path):

@@ -22,7 +22,7 @@ KEYS = {
     *("hit_rate_interval", "reachable", "hits_of_reachable", "hit_rate_of_reachable"),
     *("near_hits", "returned", "miss_distance_median_m", "trials"),
     *("racket", "blackout", "randomize", "experience", "contents", "version"),
-    "hit_rate_of_reachable_interval",
+    *("hit_rate_of_reachable_interval", "ball", "eye_settings"),
 }
 TRIAL_KEYS = {"index", "outcome", "reachable", "miss_distance_m", "time_error_s", "landing_x_m"}
 

@@ -352,6 +352,8 @@ def test_damaged_video_bytes_give_frames_and_then_at_most_one_clear_error(tmp_pa
         ("a1.png", "b2.png", False),
         ("a1.png", "a2.jpg", False),
         ("a.png", "b.png", False),
+        ("a1.mp4", "a2.mp4", False),
+        ("a1.png", "a2.mp4", False),
         ("a" + 30 * "9" + ".png", "a1" + 30 * "0" + ".png", False),
     ],
 )

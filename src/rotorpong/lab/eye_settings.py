@@ -72,7 +72,7 @@ class EyeSettings:
         Raises:
             InputError: neither a name nor a readable file.
         """
-        return colour_named(self.colour or ball)
+        return colour_named(ball if self.colour is None else self.colour)
 
     def digest(self, ball: str) -> str | None:
         """Return a digest of the colour looked for; None where a name says it all."""

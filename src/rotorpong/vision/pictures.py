@@ -177,8 +177,8 @@ def follows(before: PictureBalls, after: PictureBalls) -> bool:
     """
     if before.picture.shape != after.picture.shape:
         return False
-    if before.path == after.path:
-        return after.frame == before.frame + 1
+    if is_video(after.path) or is_video(before.path):
+        return after.path == before.path and after.frame == before.frame + 1
     kept, number = _numbered(before.path)
     return number is not None and _numbered(after.path) == (kept, number + 1)
 
