@@ -45,26 +45,17 @@ def test_experience_of_another_ball_or_of_eyes_set_otherwise_is_accepted_with_wa
 
 
 def test_an_evaluation_says_which_ball_was_thrown_and_how_the_eyes_were_set(here, capfd):
-    line = [
-        "evaluate",
-        "--player",
-        "hover",
-        "--balls",
-        "1",
-        "--ball",
-        "white",
-        "--diameter",
-        "float",
-        "--json",
-    ]
+    plain = ["evaluate", "--player", "hover", "--balls", "1", "--json"]
+    line = [*plain, "--ball", "white", "--diameter", "float"]
     status, out, _ = ask(capfd, *line)
     told = json.loads(out)
     assert (status, told["eyes"], told["ball"]) == (0, "paper", "white")
     settings = {"colour": "white", "circle_fit": "kasa", "diameter": "float"}
     assert told["eye_settings"] == settings
-    plain = json.loads(ask(capfd, *line[:5], "--json")[1])
-    kept = plain.keys() - {"ball", "eye_settings"}
-    assert {key: plain[key] for key in kept} == {key: told[key] for key in kept}
+    usual = json.loads(ask(capfd, *plain)[1])
+    assert usual["eye_settings"] == {"colour": "orange", "circle_fit": "kasa", "diameter": "whole"}
+    kept = usual.keys() - {"ball", "eye_settings"}
+    assert {key: usual[key] for key in kept} == {key: told[key] for key in kept}
 
 
 def test_a_file_that_changed_since_the_experience_is_told_and_one_that_moved_is_not(here, capfd):

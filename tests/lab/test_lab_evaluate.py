@@ -84,7 +84,9 @@ def test_the_summary_names_everything_that_was_asked_for():
     spec = Spec("hover", "paper", "ardrone2", "gazebo", "hard", 3, racket="rubber", randomize=True)
     spec = replace(spec, blackout=True)
     found = summary(spec, (), header(spec, 0, Path("own.sqlite")))
-    assert found.items() >= asdict(spec).items()
+    settings = spec.eye_settings.as_json(spec.eyes, spec.ball)
+    asked = {**asdict(spec), "eye_settings": settings}
+    assert {key: found[key] for key in asked} == asked
     assert (found["experience"], found["version"]) == ("own.sqlite", __version__)
     assert (summary(spec, ())["experience"], found["contents"]) == (None, {})
     own = replace(spec, camera=replace(GAZEBO, focal_length_px=(370.0, 370.0)))
