@@ -16,7 +16,7 @@ from rotorpong.conventions import Picture
 from rotorpong.drone import HOVER
 from rotorpong.lab.spec import Spec
 from rotorpong.lab.trial import new_drone, stage_of
-from rotorpong.physics.camera import ARDRONE2_720P, ideal
+from rotorpong.physics.camera import ARDRONE2_720P, Camera, ideal
 from rotorpong.vision.films import film
 
 DOCS = Path(__file__).resolve().parent
@@ -59,8 +59,13 @@ EXAMPLES = (
         "rotorpong detect onboard.png --camera ardrone2_720p --min-score 0.5",
     ),
     (
-        "Follow the ball through a film, measured to hundredths of a pixel; `marked.mp4` shows it "
-        "with its trail.",
+        "Follow the ball through a film. Eyes `tracker` measure it below the pixel, place it with "
+        "its covariance, and link balls over the frames of a video, or of pictures of one size "
+        "numbered one after the other (`frame_0041.png`, `frame_0042.png`: taken as 30 per second);"
+        " `marked.mp4` shows them with their trails, as large and as fast as the film. A folder as "
+        "`--out` takes a film of each video and a picture of each picture. The camera must have "
+        "taken pictures of this very size; its `gamma` counts (2.2 of most cameras' files, which "
+        "is also what is assumed without `--camera`).",
         "rotorpong detect serve.mp4 --eyes tracker --camera ardrone2_720p --out marked.mp4",
     ),
     (
@@ -155,20 +160,20 @@ def draw_onboard(path: Path) -> None:
 
     Without the sensor's noise, which makes a picture file four times as large.
     """
-    *_, last = frames_onboard(FRAME)
+    *_, last = frames_onboard(ideal(ARDRONE2_720P), FRAME)
     cv2.imwrite(str(path), last, [cv2.IMWRITE_PNG_COMPRESSION, 9])
 
 
 def film_onboard(path: Path) -> None:
-    """Film a part of the same serve."""
+    """Film a part of the same serve as the sensor has it."""
     with film(path, 30.0) as made:
-        for picture in frames_onboard(FILMED.stop)[FILMED.start :]:
+        for picture in frames_onboard(ARDRONE2_720P, FILMED.stop)[FILMED.start :]:
             made.write(picture)
 
 
-def frames_onboard(count: int) -> list[Picture]:
+def frames_onboard(camera: Camera, count: int) -> list[Picture]:
     """Return the first frames of the serve."""
-    drone = new_drone(stage_of(Spec(camera=ideal(ARDRONE2_720P), seed=1)), TRIAL)
+    drone = new_drone(stage_of(Spec(camera=camera, seed=1)), TRIAL)
     frames = []
     while len(frames) < count:
         observation = drone.observe()
