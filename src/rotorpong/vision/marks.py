@@ -20,8 +20,8 @@ TRAILS = ((255, 0, 255), (255, 255, 0), (0, 255, 0), (255, 64, 64), (128, 0, 255
 USUAL_HEIGHT_PX = 720  # up to which letters and lines are of one size
 LETTERS = 0.4  # size
 FONT = cv2.FONT_HERSHEY_SIMPLEX
-EDGES = (40, 40, 40)  # of letters
-LINE_PX = 13  # from one line of text to the next
+GROUND = (40, 40, 40)  # of letters
+LINE_PX = 15  # from one line of text to the next
 
 
 def annotate(
@@ -44,8 +44,8 @@ def annotate(
         radius = max(2, round(ball.diameter_px / 2) + 1)
         cv2.circle(marked, center, radius, colour, size, cv2.LINE_AA)
         for line, text in enumerate(_label(ball, track)):
-            corner = (center[0] + radius + 2, center[1] + line * LINE_PX * size)
-            _write(marked, text, corner, colour)
+            sides = (center[0] - radius - 2, center[0] + radius + 2)
+            _write(marked, text, sides, center[1] + line * LINE_PX * size, colour)
     return marked
 
 
@@ -98,13 +98,14 @@ def make_folder(folder: Path) -> Path:
     return folder
 
 
-def _write(picture: Picture, text: str, corner: tuple[int, int], colour: Bgr) -> None:
-    """Write with dark edges, further left where the picture ends."""
+def _write(picture: Picture, text: str, sides: tuple[int, int], y: int, colour: Bgr) -> None:
+    """Write on a dark ground right of a ball, or left of it where the picture ends."""
     size = _size(picture)
-    (width, _), _ = cv2.getTextSize(text, FONT, LETTERS * size, size)
-    place = (max(0, min(corner[0], picture.shape[1] - width - 2)), corner[1])
-    for ink, strength in ((EDGES, 3 * size), (colour, size)):
-        cv2.putText(picture, text, place, FONT, LETTERS * size, ink, strength, cv2.LINE_AA)
+    (width, height), below = cv2.getTextSize(text, FONT, LETTERS * size, size)
+    left, right = sides
+    x = right if right + width + 2 <= picture.shape[1] else max(0, left - width)
+    cv2.rectangle(picture, (x - 1, y - height - 1), (x + width + 1, y + below // 2), GROUND, -1)
+    cv2.putText(picture, text, (x, y), FONT, LETTERS * size, colour, size, cv2.LINE_AA)
 
 
 def _label(ball: LocatedBall | Detection, track: Track | None) -> list[str]:
