@@ -12,13 +12,16 @@ from pathlib import Path
 
 import cv2
 
+from rotorpong.conventions import Picture
 from rotorpong.drone import HOVER
 from rotorpong.lab.spec import Spec
 from rotorpong.lab.trial import new_drone, stage_of
-from rotorpong.physics.camera import ARDRONE2_720P, ideal
+from rotorpong.physics.camera import ARDRONE2_720P, Camera, ideal
+from rotorpong.vision.films import film
 
 DOCS = Path(__file__).resolve().parent
 TRIAL, FRAME = 3, 16  # a serve with the ball well in view, and when
+FILMED = range(10, 18)  # frames of it, for a film
 WIDTH = "100"  # columns of the terminal
 
 HEAD = """# Commands, and what they print
@@ -81,6 +84,16 @@ EXAMPLES = (
         "rotorpong detect onboard.png --camera ardrone2_720p --min-score 0.5",
     ),
     (
+        "Follow the ball through a film. Eyes `tracker` measure it below the pixel, place it with "
+        "its covariance, and link balls over the frames of a video, or of pictures of one size "
+        "numbered one after the other (`frame_0041.png`, `frame_0042.png`: taken as 30 per second);"
+        " `marked.mp4` shows them with their trails, as large and as fast as the film. A folder as "
+        "`--out` takes a film of each video and a picture of each picture. The camera must have "
+        "taken pictures of this very size; its `gamma` counts (2.2 of most cameras' files, which "
+        "is also what is assumed without `--camera`).",
+        "rotorpong detect serve.mp4 --eyes tracker --camera ardrone2_720p --out marked.mp4",
+    ),
+    (
         "Calibrate a camera from pictures of a chessboard; these were drawn by "
         "`examples/draw_calibration.py`.",
         "rotorpong calibrate camera calibration/boards --out own.json",
@@ -118,7 +131,20 @@ EXAMPLES = (
         "rotorpong evaluate --player hover --balls 50 --vehicle ardrone2 --camera ardrone2_720p "
         "--randomize",
     ),
-    ("A mistake.", "rotorpong evaluate --player nobody"),
+    (
+        "Another circle through the ball's outline than the paper's, and its diameter not rounded "
+        "to whole pixels.",
+        "rotorpong evaluate --balls 50 --circle-fit pratt --diameter float",
+    ),
+    (
+        "White balls, and eyes that look for them.",
+        "rotorpong evaluate --eyes tracker --ball white --balls 50",
+    ),
+    (
+        "Mistakes.",
+        "rotorpong evaluate --player nobody",
+        "rotorpong evaluate --eyes tracker --circle-fit pratt",
+    ),
 )
 
 
@@ -128,6 +154,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         for name, source in (("onboard.png", "images"), ("flight.csv", "../examples")):
             (Path(folder) / name).symlink_to((DOCS / source / name).resolve())
+        film_onboard(Path(folder) / "serve.mp4")
         draw = DOCS.parent / "examples" / "draw_calibration.py"
         subprocess.run([sys.executable, str(draw), "calibration"], cwd=folder, check=True)
         parts = [f"{why}\n\n{shown(commands, folder)}\n" for why, *commands in EXAMPLES]
@@ -166,14 +193,28 @@ def draw_onboard(path: Path) -> None:
 
     Without the sensor's noise, which makes a picture file four times as large.
     """
-    spec = Spec(camera=ideal(ARDRONE2_720P), seed=1)
-    drone = new_drone(stage_of(spec), TRIAL)
-    for _ in range(FRAME):
+    *_, last = frames_onboard(ideal(ARDRONE2_720P), FRAME)
+    cv2.imwrite(str(path), last, [cv2.IMWRITE_PNG_COMPRESSION, 9])
+
+
+def film_onboard(path: Path) -> None:
+    """Film a part of the same serve as the sensor has it."""
+    with film(path, 30.0) as made:
+        for picture in frames_onboard(ARDRONE2_720P, FILMED.stop)[FILMED.start :]:
+            made.write(picture)
+
+
+def frames_onboard(camera: Camera, count: int) -> list[Picture]:
+    """Return the first frames of the serve."""
+    drone = new_drone(stage_of(Spec(camera=camera, seed=1)), TRIAL)
+    frames = []
+    while len(frames) < count:
         observation = drone.observe()
+        if observation is None:
+            raise SystemExit("the serve was over too early: choose another trial or frame")
+        frames.append(observation.frame.picture)
         drone.command(HOVER)
-    if observation is None:
-        raise SystemExit("the serve was over too early: choose another trial or frame")
-    cv2.imwrite(str(path), observation.frame.picture, [cv2.IMWRITE_PNG_COMPRESSION, 9])
+    return frames
 
 
 if __name__ == "__main__":

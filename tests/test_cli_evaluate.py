@@ -6,9 +6,10 @@ import os
 import pytest
 from test_cli import PLAYER, SERVE_HEADER, ask, complaint, is_one_line_of_json
 
+from rotorpong.experience import create
 from rotorpong.lab import workers as workers_module
 from rotorpong.lab.spec import Spec
-from rotorpong.lab.train import train
+from rotorpong.lab.train import run_of, train
 
 
 @pytest.fixture
@@ -29,6 +30,32 @@ def test_experience_of_other_eyes_is_accepted_with_a_warning(here, capfd):
     status, _, err = ask(capfd, *line, "--eyes", "truth", "--serves", "constant")
     assert (status, err.count("\n")) == (0, 1)
     assert "serves human, not constant" in err
+
+
+def test_experience_of_another_ball_or_of_eyes_set_otherwise_is_accepted_with_warnings(here, capfd):
+    with create(here / "run.sqlite", run_of(Spec(ball="white"))):
+        pass
+    line = ["evaluate", "--player", "hover", "--balls", "1", "--experience", "run.sqlite", "--json"]
+    assert ask(capfd, *line, "--ball", "white")[2] == ""
+    told = ask(capfd, *line, "--circle-fit", "pratt")[2]
+    assert told == (
+        "rotorpong: run.sqlite was recorded with another ball\n"
+        "rotorpong: run.sqlite was recorded with another setting of the eyes\n"
+    )
+
+
+def test_an_evaluation_says_which_ball_was_thrown_and_how_the_eyes_were_set(here, capfd):
+    plain = ["evaluate", "--player", "hover", "--balls", "1", "--json"]
+    line = [*plain, "--ball", "white", "--diameter", "float"]
+    status, out, _ = ask(capfd, *line)
+    told = json.loads(out)
+    assert (status, told["eyes"], told["ball"]) == (0, "paper", "white")
+    settings = {"colour": "white", "circle_fit": "kasa", "diameter": "float"}
+    assert told["eye_settings"] == settings
+    usual = json.loads(ask(capfd, *plain)[1])
+    assert usual["eye_settings"] == {"colour": "orange", "circle_fit": "kasa", "diameter": "whole"}
+    kept = usual.keys() - {"ball", "eye_settings"}
+    assert {key: usual[key] for key in kept} == {key: told[key] for key in kept}
 
 
 def test_a_file_that_changed_since_the_experience_is_told_and_one_that_moved_is_not(here, capfd):

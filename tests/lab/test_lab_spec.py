@@ -8,10 +8,15 @@ import pytest
 
 from rotorpong.conventions import LARGEST_SEED, InputError
 from rotorpong.drone import Player
+from rotorpong.lab.eye_settings import EyeSettings
 from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec, camera_named, own_player, require_count
 from rotorpong.physics.camera import GAZEBO
 from rotorpong.physics.vehicle import TUM_GAZEBO
+from rotorpong.vision.colour_files import colour_text
+from rotorpong.vision.detect import COLOURS, ORANGE, Colour
+from rotorpong.world.looks import BALLS
+from rotorpong.world.render import Scene
 
 OWN = """
 class Own:
@@ -182,3 +187,78 @@ def test_rows_of_a_file_are_thrown_in_turn(tmp_path):
     for i in range(7):
         found = thrown(i, np.random.default_rng(99))
         np.testing.assert_array_equal(found.ball.velocity, serves[i % 3].ball.velocity)
+
+
+GREEN = Colour("green", (50, 120, 100), (45, 90, 60), (75, 255, 255), (60, 180, 160))
+
+
+@pytest.fixture
+def green(tmp_path):
+    path = tmp_path / "green.json"
+    path.write_text(colour_text(GREEN))
+    return str(path)
+
+
+@pytest.mark.parametrize(
+    ("eyes", "given", "message"),
+    [
+        ("truth", {"circle_fit": "kasa"}, "--circle-fit kasa with eyes 'truth': has no effect"),
+        ("truth", {"colour": "orange"}, "expected eyes paper or tracker"),
+        ("tracker", {"circle_fit": "pratt"}, "has no effect; expected eyes paper"),
+        ("tracker", {"diameter": "whole"}, "--diameter whole with eyes 'tracker'"),
+        ("paper", {"circle_fit": "ransac"}, "unknown circle fit 'ransac': expected one of kasa,"),
+        ("paper", {"diameter": "half"}, "unknown diameter 'half': expected one of whole, float"),
+        ("paper", {"colour": "pink"}, "unknown colour 'pink': expected one of orange, white, or a"),
+        ("paper", {"colour": ""}, "unknown colour ''"),
+    ],
+)
+def test_settings_that_are_unknown_or_without_effect_are_refused(eyes, given, message):
+    with pytest.raises(InputError) as refusal:
+        Spec(eyes=eyes, eye_settings=EyeSettings(**given)).check()
+    assert message in str(refusal.value)
+
+
+def test_balls_are_orange_or_white():
+    assert Spec(ball="white").check().setting().scene.ball == BALLS["white"]
+    assert Spec().setting().scene == Scene()
+    with pytest.raises(InputError, match="unknown ball 'green': expected one of orange, white"):
+        Spec(ball="green").check()
+
+
+def test_eyes_look_for_the_ball_that_is_thrown_unless_told_otherwise(green):
+    assert Spec().colour() == COLOURS["orange"]
+    assert Spec(ball="white").colour() == COLOURS["white"]
+    assert Spec(ball="white", eye_settings=EyeSettings(colour="orange")).colour() == ORANGE
+    assert Spec(eye_settings=EyeSettings(colour=green)).check().colour() == GREEN
+
+
+def test_the_tracker_takes_colours_by_name_only(green):
+    assert Spec(eyes="tracker", eye_settings=EyeSettings(colour="white")).check()
+    with pytest.raises(InputError, match="with eyes 'tracker': expected orange or white"):
+        Spec(eyes="tracker", eye_settings=EyeSettings(colour=green)).check()
+
+
+def test_what_a_colour_file_holds_counts_and_not_its_name(green, tmp_path):
+    first = Spec(eye_settings=EyeSettings(colour=green)).contents()
+    other = tmp_path / "other.json"
+    other.write_text(colour_text(replace(GREEN, name="renamed")))
+    assert Spec(eye_settings=EyeSettings(colour=str(other))).contents() == first
+    other.write_text(colour_text(replace(GREEN, typical=(61, 180, 160))))
+    assert Spec(eye_settings=EyeSettings(colour=str(other))).contents() != first
+    other.write_text(colour_text(replace(ORANGE, name="mine")))
+    assert Spec(eye_settings=EyeSettings(colour=str(other))).contents() == {}
+
+
+def test_the_settings_are_told_as_they_are():
+    asked = EyeSettings("pratt", "float", "white")
+    assert asked.as_json("paper", "orange") == {
+        "colour": "white",
+        "circle_fit": "pratt",
+        "diameter": "float",
+    }
+    told = EyeSettings().as_json("paper", "white")
+    assert told == {"colour": "white", "circle_fit": "kasa", "diameter": "whole"}
+    assert EyeSettings().as_json("tracker", "orange") == {"colour": "orange"}
+    assert EyeSettings().as_json("truth", "orange") == {}
+    assert EyeSettings("kasa", "whole", "orange").unusual("paper", "orange") == {}
+    assert asked.unusual("paper", "orange") == asked.as_json("paper", "orange")

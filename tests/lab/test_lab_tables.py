@@ -115,3 +115,11 @@ def test_detections_show_the_best_ball():
     pictures = [{"path": "a.png", "frame": 0, "balls": [ball, ball]}]
     text = shown(detection_table({"pictures": pictures}))
     assert all(word in text for word in ("a.png", "1.0", "2.0", "3.0", "0.50", "2.50"))
+
+
+def test_detections_that_are_linked_show_their_tracks_and_finer_numbers():
+    place = {"x_px": 1.234, "y_px": 2.0, "diameter_px": 3.0, "score": 0.5}
+    balls = [{**place, "position_m": None, "track": track} for track in (17, None)]
+    pictures = [{"path": "a\udcff.mp4", "frame": k, "balls": [b]} for k, b in enumerate(balls)]
+    text = shown(detection_table({"pictures": [*pictures, {**pictures[0], "balls": []}]}))
+    assert all(word in text for word in ("track", "17", "1.23", "a\\udcff.mp4"))

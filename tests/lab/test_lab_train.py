@@ -15,14 +15,17 @@ import pytest
 from lab_bench import STILL, write_player
 
 from rotorpong.conventions import InputError, StoreError
-from rotorpong.experience import open_store, shipped_demonstrations
+from rotorpong.experience import create, open_store, shipped_demonstrations
 from rotorpong.experience.truth import truth_rows
 from rotorpong.lab.evaluate import Knowledge, evaluate
+from rotorpong.lab.eye_settings import EyeSettings
 from rotorpong.lab.serve_files import write_serves
 from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec
-from rotorpong.lab.train import MOST_BALLS_PER_HIT, knowledge_of, train
+from rotorpong.lab.train import MOST_BALLS_PER_HIT, knowledge_of, run_of, train
 from rotorpong.physics.camera import GAZEBO
+from rotorpong.vision.colour_files import colour_text
+from rotorpong.vision.detect import WHITE
 
 SPEC = Spec(eyes="truth", seed=4)
 HITS = 2
@@ -210,6 +213,37 @@ def test_a_camera_of_ones_own_is_not_the_profile_whose_name_it_has(tmp_path):
     own = replace(GAZEBO, focal_length_px=(370.0, 370.0))
     with pytest.raises(StoreError, match="another run: camera is"):
         train(replace(SPEC, camera=own), 1, run, resume=True)
+
+
+def test_a_run_with_other_balls_or_eyes_cannot_be_resumed_and_one_that_says_the_same_can(tmp_path):
+    run, colour = tmp_path / "run.sqlite", tmp_path / "colour.json"
+    seen = Spec(eyes="paper", seed=4, ball="white", eye_settings=EyeSettings("pratt"))
+    with create(run, run_of(seen)):
+        pass
+    said = EyeSettings("pratt", "whole", "white")
+    with open_store(run) as store:
+        store.check_run(run_of(replace(seen, eye_settings=said)))
+        colour.write_text(colour_text(replace(WHITE, name="mine")))
+        store.check_run(run_of(replace(seen, eye_settings=replace(said, colour=str(colour)))))
+        colour.write_text(colour_text(replace(WHITE, typical=(91, 20, 235))))
+        for other, field in (
+            (replace(seen, ball="orange"), 'spec.ball is "white", given absent'),
+            (replace(seen, eye_settings=EyeSettings("taubin")), '"pratt"}, given {"circle_fit"'),
+            (replace(seen, eye_settings=EyeSettings("pratt", "float")), "spec.eye_settings is"),
+            (
+                replace(seen, eye_settings=replace(said, colour=str(colour))),
+                "colour is absent, given a file with sha256",
+            ),
+        ):
+            with pytest.raises(StoreError, match="is another run") as refusal:
+                store.check_run(run_of(other))
+            assert field in str(refusal.value)
+
+
+def test_a_run_as_the_paper_has_it_says_nothing_of_balls_and_eyes():
+    assert run_of(Spec()).spec == {"racket": "cardboard", "blackout": False}
+    explicit = EyeSettings("kasa", "whole", "orange")
+    assert run_of(Spec(eye_settings=explicit)).spec == run_of(Spec()).spec
 
 
 def test_players_that_cannot_learn_are_refused(tmp_path):

@@ -5,8 +5,10 @@ import pytest
 
 from rotorpong.drone import HOVER, Drone, VelocityCommand
 from rotorpong.lab.footage import play_again
+from rotorpong.lab.seeds import trial_generators
 from rotorpong.lab.spec import Spec
-from rotorpong.lab.trial import play_trial, stage_of
+from rotorpong.lab.trial import encounter, new_drone, play_trial, stage_of
+from rotorpong.physics.camera import GAZEBO, project
 from rotorpong.play.hover import Hover
 
 UNSEEN_BALL = 0  # of seed 0: a hovering drone misses it by far
@@ -187,3 +189,25 @@ def test_a_player_gets_nothing_of_the_drone_but_observe_and_command():
 
     play_trial(stage(), 1, Playing(act))
     assert handed[0] == {"observe", "command"}
+
+
+def test_a_white_ball_flies_as_an_orange_one_and_is_all_that_looks_different():
+    orange, white = (new_drone(stage(ball=ball), 0) for ball in ("orange", "white"))
+    for _ in range(6):
+        one, other = orange.observe(), white.observe()
+        assert one.frame_time == other.frame_time
+        place = orange.ball_in_camera(one.frame_time)[0]
+        assert np.array_equal(place, white.ball_in_camera(other.frame_time)[0])
+        differing = np.argwhere(np.any(one.frame.picture != other.frame.picture, axis=2))
+        center = project(GAZEBO, place)
+        assert 0 < len(differing) < 40
+        assert np.abs(differing[:, ::-1] - center).max() < 5.0
+
+
+@pytest.mark.parametrize("ball", ["orange", "white"])
+def test_with_another_room_for_every_ball_the_ball_keeps_its_colour(ball):
+    rooms = stage(ball=ball, randomize=True)
+    for index in range(5):
+        setting, _ = encounter(rooms, index, trial_generators(0, "evaluate", index))
+        blue, _, red = setting.scene.ball
+        assert (red > 2.5 * blue) == (ball == "orange")

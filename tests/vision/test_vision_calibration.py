@@ -309,3 +309,68 @@ def test_endless_nesting_is_refused(tmp_path):
         path.write_text(text)
         with pytest.raises(InputError):
             read_camera(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (json.dumps(PLAIN | {"fx": 10**400}), "fx is '10000.*expected a finite number"),
+        (json.dumps(PLAIN | {"fx": float("nan")}), "fx is 'nan'; expected a finite number"),
+        (json.dumps(PLAIN | {"fx": -561.5}), "focal lengths .-561.5, 562.25. px"),
+        (json.dumps(PLAIN | {"fx": [561.5]}), "fx is .*; expected a finite number"),
+        (json.dumps(PLAIN | {"name": {"a": 1}}), "name is .*; expected text"),
+        (json.dumps(PLAIN | {"name": 300 * "x"}), "expected text, up to 255 letters"),
+        (json.dumps(PLAIN)[:-1] + ', "fx": 600}', "gives fx twice; expected each field once"),
+        (json.dumps(PLAIN)[:-1] + ', "FX": 600}', "gives fx twice"),
+        (ROS + "image_width: 1280\n", "gives image_width twice"),
+        (ROS.replace("rows: 3", "rows: 9").replace("cols: 3", "cols: 1"), "0 0 1 as 3 x 3"),
+        ("a: &a [1,1]\nb: &b [*a,*a]\nc: [*b,*b]\n", "damaged JSON|lacks fx"),
+        (json.dumps(PLAIN | {"k" * 10**5: 1})[:-1] + "}", "unknown fields"),
+        ('{"fx": ' + "9" * 5000 + "}", "is damaged JSON"),
+        ("width: " * 10**5, "lacks fx"),
+    ],
+    ids=range(14),
+)
+def test_tricks_with_yaml_and_json_are_refused_with_the_reason(tmp_path, text, says):
+    path = tmp_path / "camera.yaml"
+    path.write_text(text)
+    with pytest.raises(InputError, match=says):
+        read_camera(path)
+
+
+@pytest.mark.parametrize("text", [json.dumps(PLAIN, indent=1), ROS])
+@pytest.mark.parametrize("change", [("\n", "\r\n"), ("", "\ufeff"), ("\n", "\n\n")])
+def test_line_ends_and_byte_order_marks_of_other_systems_change_nothing(tmp_path, text, change):
+    plain, other = tmp_path / "a.yaml", tmp_path / "b.yaml"
+    plain.write_text(text)
+    new = change[1] + text if not change[0] else text.replace(*change)
+    other.write_bytes(new.encode())
+    assert replace(read_camera(other), name="") == replace(read_camera(plain), name="")
+
+
+def test_a_name_that_would_break_lines_or_terminals_is_made_printable(tmp_path):
+    path = tmp_path / "camera.json"
+    path.write_text(json.dumps(PLAIN | {"name": "a\nb\x1b[31m\ud800"}))
+    assert read_camera(path).name == "a_b_[31m_"
+
+
+values = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=4), inner),
+    max_leaves=8,
+)
+
+
+@settings(
+    max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(st.dictionaries(st.sampled_from([*PLAIN, "name", *SENSOR_FIELDS]), values, max_size=3))
+def test_any_value_in_any_field_gives_a_camera_or_one_clear_error(tmp_path, changes):
+    path = tmp_path / "camera.json"
+    path.write_text(json.dumps(PLAIN | changes))
+    result = camera_or_complaint(path)
+    if isinstance(result, Camera):
+        assert np.isfinite([*result.focal_length_px, *result.center_px, *result.distortion]).all()
+        assert result.name.isprintable()
+    else:
+        assert str(path) in result

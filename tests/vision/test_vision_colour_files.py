@@ -104,3 +104,10 @@ def test_damaged_bytes_give_a_colour_or_one_clear_error(tmp_path_factory, data, 
     path.write_bytes(text[:at] + data + text[at + len(data) :])
     with contextlib.suppress(InputError):
         assert read_colour(path).name
+
+
+def test_a_field_given_twice_is_refused(tmp_path):
+    path = tmp_path / "c.json"
+    path.write_text(json.dumps(GREEN)[:-1] + ', "name": "red"}')
+    with pytest.raises(InputError, match="gives name twice; expected each field once"):
+        read_colour(path)

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from vision_drawing import plain, with_ball
+from vision_drawing import WHITE, plain, with_ball
 
 from rotorpong.conventions import InputError
 from rotorpong.drone import Eyes, Frame, Navdata, Observation
@@ -113,3 +113,15 @@ def test_the_largest_ball_is_taken():
 def test_a_picture_of_another_size_is_refused():
     with pytest.raises(InputError, match="64 x 48 pixels; camera gazebo has 640 x 360"):
         PaperEyes(GAZEBO).see(observation(plain((48, 64)), 0.0))
+
+
+def test_a_ball_of_another_colour_is_seen_by_eyes_that_look_for_it():
+    dark = plain((360, 640), (70, 60, 50))
+    shown = [with_ball(dark, (320.0, 180.0), d, WHITE) for d in (10.0, 11.0)]
+    orange, white = PaperEyes(GAZEBO), PaperEyes(GAZEBO, colour="white")
+    found = [
+        [eyes.see(observation(picture, k / 30)) for k, picture in enumerate(shown)][-1]
+        for eyes in (orange, white)
+    ]
+    assert found[0] is None
+    assert found[1].position[2] == pytest.approx(FOCAL * 0.04 / 11.0, rel=0.1)

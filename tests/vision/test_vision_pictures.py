@@ -1,22 +1,27 @@
 import json
 import logging
+import os
+from dataclasses import replace
 
 import cv2
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from vision_drawing import plain, with_ball
+from PIL import Image
+from vision_drawing import GREY, ORANGE, WHITE, plain, with_ball
 
 from rotorpong.conventions import InputError
 from rotorpong.physics.camera import GAZEBO, Camera
 from rotorpong.vision.detect import detect
+from rotorpong.vision.located import StillEyes
+from rotorpong.vision.marks import annotate, write_annotated
 from rotorpong.vision.pictures import (
-    annotate,
+    PictureBalls,
     as_json,
     detect_pictures,
+    follows,
     read_pictures,
-    write_annotated,
 )
 
 BALL = with_ball(plain(), (80.3, 60.4), 20.0)
@@ -205,3 +210,154 @@ def test_a_folder_that_cannot_be_written_is_one_clear_error(tmp_path):
     result = next(detect_pictures([write(tmp_path / "ball.png")]))
     with pytest.raises(InputError, match="cannot be made"):
         write_annotated(result, tmp_path / "ball.png", index=0)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 60), (60, 1), (2, 2), (3, 200)])
+@pytest.mark.parametrize("fine", [False, True])
+def test_the_smallest_pictures_show_nothing_and_break_nothing(shape, fine):
+    eyes = StillEyes(colours=("orange", "white"), fine=fine)
+    for levels in (ORANGE, WHITE, GREY):
+        assert eyes.look(plain(shape, levels)) == ()
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 40), st.integers(1, 60), st.booleans())
+def test_noise_of_any_size_gives_only_whole_numbers_and_poor_scores(seed, height, width, fine):
+    picture = np.random.default_rng(seed).integers(0, 256, (height, width, 3), np.uint8)
+    for ball in StillEyes(colours=("orange", "white"), fine=fine).look(picture):
+        numbers = (ball.x_px, ball.y_px, ball.diameter_px, ball.score)
+        assert np.isfinite(numbers).all()
+        assert 0.0 <= ball.x_px <= width - 1
+        assert 0.0 <= ball.y_px <= height - 1
+        assert ball.score < 0.6
+
+
+def pillow(picture):
+    return Image.fromarray(picture[..., ::-1].copy())
+
+
+def test_cmyk_grey_palette_and_turned_pictures_are_read_as_they_are_shown(tmp_path):
+    image, exif = pillow(BALL), Image.Exif()
+    exif[274] = 6  # turned by a quarter
+    image.convert("CMYK").save(tmp_path / "cmyk.jpg", quality=95)
+    image.save(tmp_path / "progressive.jpg", progressive=True, quality=95)
+    image.quantize(64).save(tmp_path / "palette.png")
+    image.save(tmp_path / "turned.jpg", exif=exif, quality=95)
+    for name, place in (
+        ("cmyk.jpg", (80.3, 60.4)),
+        ("progressive.jpg", (80.3, 60.4)),
+        ("palette.png", (80.3, 60.4)),
+        ("turned.jpg", (119 - 60.4, 80.3)),
+    ):
+        (ball, *_) = next(detect_pictures([tmp_path / name])).balls
+        assert (ball.x_px, ball.y_px) == pytest.approx(place, abs=0.6), name
+
+
+def test_floating_point_pictures_are_refused_not_guessed(tmp_path):
+    cv2.imwrite(str(tmp_path / "float.tiff"), BALL.astype(np.float32) / 255.0)
+    with pytest.raises(InputError, match="not a picture that OpenCV can decode"):
+        list(read_pictures([tmp_path / "float.tiff"]))
+
+
+def test_an_animation_is_a_video_and_other_pages_are_told(tmp_path, caplog):
+    frames = [pillow(with_ball(plain(), (40.0 + 10 * k, 60.0), 20.0)) for k in range(5)]
+    for name in ("a.gif", "a.webp", "a.tiff", "a.png"):
+        frames[0].save(tmp_path / name, save_all=True, append_images=frames[1:], duration=40)
+    results = list(detect_pictures([tmp_path / "a.gif"]))
+    assert [result.frame for result in results] == list(range(5))
+    found = [result.balls[0].x_px for result in results]
+    np.testing.assert_allclose(found, 40.0 + 10.0 * np.arange(5), atol=0.7)
+    assert caplog.text == ""
+    for name in ("a.webp", "a.tiff", "a.png"):
+        caplog.clear()
+        assert len(list(read_pictures([tmp_path / name]))) == 1
+        assert f"{name}: holds 5 pictures; only the first is looked at" in caplog.text
+
+
+def test_what_is_no_file_is_refused_by_what_it_is(tmp_path):
+    (tmp_path / "folder.jpg").mkdir()
+    (tmp_path / "loop.png").symlink_to(tmp_path / "loop.png")
+    (tmp_path / "zero.jpg").touch()
+    os.mkfifo(tmp_path / "pipe.png")
+    for name, says in (
+        ("folder.jpg", "holds no readable picture"),
+        ("loop.png", "cannot be read"),
+        ("pipe.png", "neither a file nor a folder"),
+        ("zero.jpg", "not a picture that OpenCV can decode"),
+        ("zero.jpg/below.png", "no such file"),
+        (300 * "x" + ".png", "cannot be read"),
+    ):
+        with pytest.raises(InputError, match=says):
+            list(read_pictures([tmp_path / name]))
+
+
+@pytest.mark.parametrize("name", ["new\nline", "päß 球", "%d", "a;b", "-x"])
+def test_names_may_be_anything_that_is_text(tmp_path, name):
+    path = write(tmp_path / f"{name}.png")
+    assert [found.path for found in detect_pictures([path])] == [path]
+    video = write_video(tmp_path / f"{name}.avi", [40.0, 50.0])
+    assert len(list(read_pictures([video]))) == 2
+
+
+def test_a_name_that_is_no_text_is_read_as_a_picture_and_refused_as_a_video(tmp_path):
+    picture = tmp_path / os.fsdecode(b"b\xff.png")
+    picture.write_bytes(write(tmp_path / "a.png").read_bytes())
+    assert len(list(read_pictures([picture]))) == 1
+    video = tmp_path / os.fsdecode(b"b\xff.avi")
+    video.write_bytes(write_video(tmp_path / "a.avi", [40.0, 50.0]).read_bytes())
+    with pytest.raises(InputError, match="OpenCV needs names in UTF-8"):
+        list(read_pictures([video]))
+
+
+@pytest.fixture(scope="module")
+def videos(tmp_path_factory):
+    """Whole videos in several containers, as bytes."""
+    folder, whole = tmp_path_factory.mktemp("videos"), {}
+    for suffix, code in ((".avi", "MJPG"), (".mp4", "mp4v"), (".mkv", "mp4v")):
+        path = folder / f"whole{suffix}"
+        writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*code), 30.0, (64, 48))
+        for k in range(10):
+            writer.write(with_ball(plain((48, 64)), (12.0 + 4 * k, 24.0), 12.0))
+        writer.release()
+        whole[suffix] = path.read_bytes()
+    return whole
+
+
+@settings(
+    max_examples=50, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(st.data())
+def test_damaged_video_bytes_give_frames_and_then_at_most_one_clear_error(tmp_path, videos, data):
+    suffix = data.draw(st.sampled_from(sorted(videos)))
+    garbled = bytearray(videos[suffix])
+    for at in data.draw(st.lists(st.integers(0, len(garbled) - 1), max_size=20)):
+        garbled[at] = data.draw(st.integers(0, 255))
+    path = tmp_path / f"garbled{suffix}"
+    path.write_bytes(garbled[: data.draw(st.integers(0, len(garbled)))])
+    result = frames_or_complaint(path)
+    if isinstance(result, str):
+        assert str(path) in result
+    else:
+        assert all(picture.dtype == np.uint8 for _, _, picture in result)
+
+
+@pytest.mark.parametrize(
+    ("one", "two", "follow"),
+    [
+        ("a_08.png", "a_09.png", True),
+        ("a_09.png", "a_10.png", True),
+        ("7.png", "8.png", True),
+        ("a1.png", "a3.png", False),
+        ("a2.png", "a1.png", False),
+        ("a1.png", "b2.png", False),
+        ("a1.png", "a2.jpg", False),
+        ("a.png", "b.png", False),
+        ("a1.mp4", "a2.mp4", False),
+        ("a1.png", "a2.mp4", False),
+        ("a" + 30 * "9" + ".png", "a1" + 30 * "0" + ".png", False),
+    ],
+)
+def test_what_follows_is_numbered_one_higher(tmp_path, one, two, follow):
+    first, second = (PictureBalls(tmp_path / name, 0, (), BALL) for name in (one, two))
+    assert follows(first, second) is follow
+    assert not follows(first, replace(second, picture=BALL[:50]))

@@ -1,12 +1,12 @@
 """Scenes drawn at random differ, repeat with their seed, and keep ball and court apart."""
 
 import colorsys
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 
-from rotorpong.world.looks import BALL_COLOURS, draw_looks
+from rotorpong.world.looks import BALL_COLOURS, BALL_TINTS, draw_looks, plain_looks
 from rotorpong.world.render import Scene
 
 
@@ -50,3 +50,15 @@ def test_the_colour_of_the_ball_changes_nothing_else():
     orange, white = (drawn(5, ball=colour) for colour in BALL_COLOURS)
     same = [f.name for f in fields(Scene) if getattr(orange, f.name) == getattr(white, f.name)]
     assert {f.name for f in fields(Scene)} - set(same) == {"ball"}
+
+
+def test_the_plain_scene_differs_in_the_ball_only_and_its_balls_are_within_their_tints():
+    assert plain_looks("orange") == Scene()
+    assert replace(plain_looks("white"), ball=Scene().ball) == Scene()
+    for colour in BALL_COLOURS:
+        blue, green, red = (part / 255.0 for part in plain_looks(colour).ball)
+        hue, saturation, value = colorsys.rgb_to_hsv(red, green, blue)
+        for part, (low, high) in zip(
+            (360.0 * hue, saturation, value), BALL_TINTS[colour], strict=True
+        ):
+            assert low - 0.02 <= part <= high + 0.02

@@ -34,13 +34,24 @@ class Match(Common):
     """gazebo, ardrone2_360p, ardrone2_720p, or your calibration as FILE."""
     serves: str = "human"
     """human, constant, hard, lob, or FILE.csv of serves or of a measured flight."""
+    ball: str = "orange"
+    """orange or white."""
+    colour: str | None = None
+    """What eyes look for: orange, white or, eyes paper, a FILE.json of `calibrate colour`. Default:
+    the ball's."""
+    circle_fit: str | None = None
+    """Of eyes paper: kasa (regularised least squares, the default), pratt, taubin or geometric."""
+    diameter: str | None = None
+    """Of eyes paper: whole pixels as in the paper (the default), or float."""
 
     def spec(self, **more: Any) -> Any:
         """Return the checked spec of this match; `more` are fields that not every match has."""
+        from rotorpong.lab.eye_settings import EyeSettings
         from rotorpong.lab.spec import Spec
 
         match = (self.player, self.eyes, self.vehicle, self.camera, self.serves, self.seed)
-        return Spec(*match, **more).check()
+        settings = EyeSettings(self.circle_fit, self.diameter, self.colour)
+        return Spec(*match, ball=self.ball, eye_settings=settings, **more).check()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +61,9 @@ class Varied(Match):
     randomize: FlagCreatePairsOff[bool] = False
     """Draw drone, sensors, ball, camera and looks anew for every ball, within what is known. Serves
     of a FILE keep the ball, drag, restitution and friction that were measured with them."""
+
+
+SAID = {"spec.ball": "ball", "spec.eye_settings": "setting of the eyes", "colour": "colour"}
 
 
 def knowledge_of(spec: Any, experience: Path | None) -> Any:
@@ -65,6 +79,9 @@ def knowledge_of(spec: Any, experience: Path | None) -> Any:
         if run.identity()[what] != ours.identity()[what]:
             contents = f"{what} {then}, not {now}" if then != now else f"another {what} {now}"
             say(f"{experience} was recorded with {contents}")
+    for what, words in SAID.items():
+        if run.identity().get(what) != ours.identity().get(what):
+            say(f"{experience} was recorded with another {words}")
     return knowledge
 
 

@@ -21,15 +21,20 @@ class Detect(Common):
     camera: str | None = None
     """gazebo, ardrone2_360p, ardrone2_720p or a calibration FILE: adds positions in metres."""
     eyes: str = "paper"
-    """paper."""
+    """paper, or tracker: measured to hundredths of a pixel, and linked over the frames of a video
+    or of pictures numbered one after the other."""
     colour: str = "orange"
     """orange, white, a FILE.json of `calibrate colour`, or several: orange,FILE.json."""
     ball_diameter_mm: float = 40.0
     """Of the real ball."""
     min_score: float = 0.0
     """Leave out what looks less like a ball than this, 0 to 1."""
+    circle_fit: str | None = None
+    """Of eyes paper: kasa (regularised least squares, the default), pratt, taubin or geometric."""
+    diameter: str | None = None
+    """Of eyes paper: whole pixels as in the paper, or float (the default)."""
     out: Path | None = None
-    """Folder for annotated pictures."""
+    """Folder for annotated pictures and, of videos, films; or FILE.mp4 for that of one video."""
 
     def run(self) -> dict[str, Any]:
         """Detect."""
@@ -42,6 +47,8 @@ class Detect(Common):
             tuple(self.colour.split(",")),
             self.ball_diameter_mm / 1000.0,
             self.min_score,
+            self.circle_fit,
+            self.diameter,
         )
         with progress_bar() as advance:
             result = detect_all(self.path, search, self.out, named(advance, "pictures"))

@@ -26,6 +26,8 @@ class Demo(Common):
 
     out: Path = Path("rotorpong-demo")
     """Folder for report.html, results.json and the experience."""
+    ball: str = "orange"
+    """orange or white."""
 
     def run(self) -> dict[str, Any]:
         """Play the demo."""
@@ -33,7 +35,7 @@ class Demo(Common):
 
         compile_kernels()
         with progress_bar() as advance:
-            result = run_demo(self.out, seed=self.seed, progress=advance)
+            result = run_demo(self.out, seed=self.seed, ball=self.ball, progress=advance)
         if not self.json:
             show(demo_table(result))
             say(f"report: {self.out / 'report.html'}")

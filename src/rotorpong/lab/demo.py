@@ -19,7 +19,7 @@ from typing import Any
 from rich.table import Table
 
 from rotorpong import __version__
-from rotorpong.conventions import RotorpongError, require_seed
+from rotorpong.conventions import RotorpongError
 from rotorpong.drone import Player
 from rotorpong.experience import Demonstration
 from rotorpong.experience.shipped import write_demonstrations
@@ -82,6 +82,7 @@ def run_demo(
     out: Path,
     *,
     seed: int = 0,
+    ball: str = "orange",
     workers: int | None = None,
     progress: Advance | None = None,
     size: DemoSize = WHOLE,
@@ -91,18 +92,20 @@ def run_demo(
     Args:
         out: folder for report.html, results.json, experience.sqlite and demonstrations.json.
         seed: of everything.
+        ball: its colour.
         workers: processes of an evaluation; by default one for each core, four at most.
         progress: called with (what, done, of how many).
         size: how much is played.
 
     Raises:
-        InputError: `out` is a file, cannot be written, or holds another's file of these names.
+        InputError: `out` is a file, cannot be written, or holds another's file of these names; or
+            an unknown ball.
     """
-    require_seed(seed)
+    spec = Spec(seed=seed, ball=ball).check()
     workers = min(cores(), MOST_WORKERS) if workers is None else workers
     require_count("workers", workers)
     with finished_together(out) as draft:
-        found = _Demo(draft, seed, workers, progress or _silent, size).run()
+        found = _Demo(draft, spec, workers, progress or _silent, size).run()
     return DemoResult(out, found)
 
 
@@ -127,16 +130,16 @@ class _Demo:
     """One demo under way."""
 
     draft: Path
-    seed: int
+    spec: Spec
     workers: int
     progress: Advance
     size: DemoSize
     stop: Event = field(default_factory=Event)
 
     def run(self) -> dict[str, Any]:
-        spec = Spec(seed=self.seed)
+        spec = self.spec
         shown = record_demonstrations(
-            self.seed, self.size.demonstrations, self._tell("demonstrations")
+            spec.seed, self.size.demonstrations, self._tell("demonstrations")
         )
         write_demonstrations(self.draft / DEMONSTRATIONS, shown)
         with ThreadPoolExecutor(1) as aside:
@@ -206,7 +209,7 @@ def _found(spec: Spec, known: Knowledge, results: dict[str, Sequence[Result]]) -
     training = {"balls": len(outcomes), "hits": hits, "hit_rate": rate(hits, len(outcomes))}
     return {
         "rotorpong": __version__,
-        "command": f"rotorpong demo --seed {spec.seed}",
+        "command": f"rotorpong demo --seed {spec.seed}" + _unusual_ball(spec),
         "seed": spec.seed,
         "setting": {
             "vehicle": spec.vehicle_name,
@@ -214,6 +217,7 @@ def _found(spec: Spec, known: Knowledge, results: dict[str, Sequence[Result]]) -
             "serves": spec.serves,
             "racket": spec.racket,
             "eyes": spec.eyes,
+            "ball": spec.ball,
         },
         "demonstrations": _shown_json(shown),
         "training": {**training, "outcomes": outcomes},
@@ -223,6 +227,10 @@ def _found(spec: Spec, known: Knowledge, results: dict[str, Sequence[Result]]) -
         ],
         "comparison": _comparison(results["before"], results["after"]),
     }
+
+
+def _unusual_ball(spec: Spec) -> str:
+    return "" if spec.ball == "orange" else f" --ball {spec.ball}"
 
 
 def _shown_json(shown: Sequence[Demonstration]) -> dict[str, Any]:

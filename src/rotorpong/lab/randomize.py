@@ -18,7 +18,7 @@ from rotorpong.physics.camera import Camera
 from rotorpong.physics.camera import draw_camera as draw_sensor
 from rotorpong.physics.constants import Range, drawn
 from rotorpong.physics.vehicle import Vehicle
-from rotorpong.world.looks import draw_looks
+from rotorpong.world.looks import BallColour, draw_looks
 from rotorpong.world.serves import PLAIN_MEDIUM, Medium
 from rotorpong.world.simulated_drone import Setting
 
@@ -47,7 +47,9 @@ class Randomizable(Protocol):
         ...
 
 
-def draw_trial(setting: Setting, rng: np.random.Generator) -> tuple[Setting, Callable[[], Medium]]:
+def draw_trial(
+    setting: Setting, rng: np.random.Generator, *, ball: BallColour = "orange"
+) -> tuple[Setting, Callable[[], Medium]]:
     """Return what one trial really meets, and what draws its ball.
 
     A slow ball on a dead table cannot be thrown at every target; then the next is taken.
@@ -55,6 +57,7 @@ def draw_trial(setting: Setting, rng: np.random.Generator) -> tuple[Setting, Cal
     Args:
         setting: the nominal.
         rng: the trial's generator of the world.
+        ball: its colour.
 
     Raises:
         InputError: the vehicle cannot be drawn.
@@ -64,7 +67,7 @@ def draw_trial(setting: Setting, rng: np.random.Generator) -> tuple[Setting, Cal
         setting,
         vehicle=require_randomizable(setting.vehicle).randomized(vehicle_rng),
         camera=draw_camera(setting.camera, camera_rng),
-        scene=draw_looks(looks_rng, ball="orange"),  # the colour that eyes look for
+        scene=draw_looks(looks_rng, ball=ball),  # eyes know the colour
     )
     return drawn_setting, lambda: draw_medium(ball_rng)
 

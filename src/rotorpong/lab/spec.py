@@ -11,11 +11,13 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from rotorpong.conventions import InputError, require_seed
 from rotorpong.drone import Eyes, Player
 from rotorpong.files import digest_of
+from rotorpong.lab.choices import require_choice
+from rotorpong.lab.eye_settings import EYES, NOTHING_SET, EyeSettings
 from rotorpong.lab.randomize import require_randomizable
 from rotorpong.lab.serving import SERVE_KINDS, serve_source
 from rotorpong.lab.tracking import tracker_eyes
@@ -23,13 +25,14 @@ from rotorpong.physics.ardrone2 import ARDRONE2, ARDRONE2_RAW
 from rotorpong.physics.camera import CAMERAS, Camera
 from rotorpong.physics.vehicle import TUM_GAZEBO, Vehicle
 from rotorpong.vision import PaperEyes, read_camera
+from rotorpong.vision.detect import Colour
+from rotorpong.world.looks import BALL_COLOURS, BallColour, plain_looks
 from rotorpong.world.racket import RACKETS
 from rotorpong.world.simulated_drone import Setting, SimulatedDrone
 from rotorpong.world.truth_eyes import TruthEyes
 
 PLAYERS = ("hover", "paper", "oracle")
 LEARNERS = ("paper",)
-EYES = ("truth", "paper", "tracker")
 VEHICLES: dict[str, Vehicle] = {v.name: v for v in (TUM_GAZEBO, ARDRONE2, ARDRONE2_RAW)}
 LARGEST_COUNT = 10_000_000
 
@@ -47,6 +50,8 @@ class Spec:
     racket: str = "cardboard"
     blackout: bool = False
     randomize: bool = False  # every trial meets a drone, ball, camera and room of its own
+    ball: str = "orange"  # its colour
+    eye_settings: EyeSettings = NOTHING_SET
 
     def check(self) -> "Spec":
         """Return the spec if everything in it can be built.
@@ -59,6 +64,8 @@ class Spec:
         else:
             require_choice("player", self.player, PLAYERS, "or your own as FILE.py:CLASS")
         require_choice("eyes", self.eyes, EYES)
+        require_choice("ball", self.ball, BALL_COLOURS)
+        self.eye_settings.check(self.eyes, self.ball)
         self._check_oracle()
         if isinstance(self.vehicle, str):
             require_choice("vehicle", self.vehicle, tuple(VEHICLES))
@@ -98,6 +105,19 @@ class Spec:
         """Return the camera: a profile by name, the user's calibration file, or as passed."""
         return camera_named(self.camera) if isinstance(self.camera, str) else self.camera
 
+    @property
+    def ball_colour(self) -> BallColour:
+        """The colour of the ball that is thrown."""
+        return cast("BallColour", self.ball)
+
+    def colour(self) -> Colour:
+        """Return the colour that eyes look for.
+
+        Raises:
+            InputError: its file cannot be read.
+        """
+        return self.eye_settings.colour_of(self.ball)
+
     def setting(self) -> Setting:
         """Return what the serves meet."""
         vehicle = VEHICLES[self.vehicle] if isinstance(self.vehicle, str) else self.vehicle
@@ -105,6 +125,7 @@ class Spec:
             vehicle,
             self.camera_profile(),
             racket=RACKETS[self.racket],
+            scene=plain_looks(self.ball_colour),
             blackout=self.blackout,
         )
 
@@ -116,7 +137,8 @@ class Spec:
             found["camera"] = hashlib.sha256(repr(replace(camera, name="")).encode()).hexdigest()
         if self.serves not in SERVE_KINDS:
             found["serves"] = digest_of(Path(self.serves))
-        return found
+        colour = self.eye_settings.digest(self.ball) if self.eyes != "truth" else None
+        return found if colour is None else {**found, "colour": colour}
 
     def make_eyes(self, drone: SimulatedDrone, camera: Camera | None = None) -> Eyes:
         """Return fresh eyes for one serve.
@@ -129,8 +151,13 @@ class Spec:
             return TruthEyes(drone)
         lens = camera or drone.camera
         if self.eyes == "tracker":
-            return tracker_eyes(lens, self.vehicle_name, self.serves)
-        return PaperEyes(lens)
+            return tracker_eyes(lens, self.vehicle_name, self.serves, self.colour().name)
+        return PaperEyes(
+            lens,
+            whole_pixels=self.eye_settings.whole_pixels,
+            fit=self.eye_settings.fit,
+            colour=self.colour(),
+        )
 
 
 def camera_named(name: str) -> Camera:
@@ -147,13 +174,6 @@ def camera_named(name: str) -> Camera:
             "or a calibration file (OpenCV YAML or JSON)"
         )
     return read_camera(name)
-
-
-def require_choice(what: str, given: str, available: tuple[str, ...], more: str = "") -> None:
-    """Raise InputError unless `given` is one of `available`."""
-    if given not in available:
-        known = ", ".join(available) + (f", {more}" if more else "")
-        raise InputError(f"unknown {what} {given!r}: expected one of {known}")
 
 
 def require_count(what: str, given: int, least: int = 1) -> None:

@@ -28,9 +28,8 @@ def summary_table(result: dict[str, Any]) -> Table:
         table.add_row(what, escape(str(result[what])))
     if result["experience"] is not None:
         table.add_row("experience", escape(result["experience"]))
-    for what in ("blackout", "randomize"):
-        if result[what]:
-            table.add_row(what, "yes")
+    for what, value in _unusual(result).items():
+        table.add_row(what.replace("_", " "), escape(value))
     table.add_row("hits", str(result["hits"]))
     table.add_row("hit rate (95 %)", percent(result["hit_rate"], result["hit_rate_interval"]))
     table.add_row("reachable", str(result["reachable"]))
@@ -48,14 +47,25 @@ def summary_table(result: dict[str, Any]) -> Table:
     return table
 
 
+def _unusual(result: dict[str, Any]) -> dict[str, str]:
+    """Return what is not as the paper has it."""
+    found = {what: "yes" for what in ("blackout", "randomize") if result[what]}
+    seen = {"ball": result["ball"], **result["eye_settings"]}
+    usual = {"ball": "orange", "colour": result["ball"], "circle_fit": "kasa", "diameter": "whole"}
+    return found | {what: value for what, value in seen.items() if value != usual[what]}
+
+
 def detection_table(result: dict[str, Any]) -> Table:
-    """Show what `detect` found: the best ball of each picture."""
+    """Show what `detect` found: the best ball of each picture, and its track if there are any."""
+    linked = any("track" in ball for picture in result["pictures"] for ball in picture["balls"])
     table = Table(title="balls", title_justify="left")
-    for column in ("picture", "frame", "balls", "x px", "y px", "diameter px", "score", "depth m"):
+    columns = ("picture", "frame", "balls", "x px", "y px", "diameter px", "score", "depth m")
+    for column in (*columns, "track") if linked else columns:
         table.add_column(column, justify="left" if column == "picture" else "right")
     for picture in result["pictures"]:
-        row = [escape(picture["path"]), str(picture["frame"]), str(len(picture["balls"]))]
-        table.add_row(*row, *_best(picture["balls"]))
+        name = picture["path"].encode(errors="backslashreplace").decode()
+        row = [escape(name), str(picture["frame"]), str(len(picture["balls"]))]
+        table.add_row(*row, *_best(picture["balls"], linked=linked))
     return table
 
 
@@ -179,10 +189,11 @@ def _counts(trials: list[dict[str, Any]]) -> dict[str, int]:
     return {outcome: outcomes.count(outcome) for outcome in set(outcomes)}
 
 
-def _best(balls: list[dict[str, Any]]) -> list[str]:
+def _best(balls: list[dict[str, Any]], *, linked: bool) -> list[str]:
     if not balls:
-        return ["-"] * 5
+        return ["-"] * (6 if linked else 5)
     ball = balls[0]
-    numbers = [f"{ball[key]:.1f}" for key in ("x_px", "y_px", "diameter_px")]
+    numbers = [f"{ball[key]:.{2 if linked else 1}f}" for key in ("x_px", "y_px", "diameter_px")]
     depth = "-" if ball["position_m"] is None else f"{ball['position_m'][2]:.2f}"
-    return [*numbers, f"{ball['score']:.2f}", depth]
+    found = [*numbers, f"{ball['score']:.2f}", depth]
+    return [*found, str(ball["track"] or "-")] if linked else found

@@ -30,7 +30,7 @@ from rotorpong.lab.report.cinema import (
 )
 from rotorpong.lab.spec import Spec, own_player, require_count
 from rotorpong.lab.trial import stage_of
-from rotorpong.vision.pictures import hush_codecs, read_pictures
+from rotorpong.vision.films import film
 
 Progress = Callable[[int, int], None]
 Pictures = Iterator[Picture]
@@ -110,28 +110,10 @@ def _shots(scenery: Scenery, fps: float, slow: float, tell: Progress) -> Picture
 
 
 def _write_film(path: Path, scenery: Scenery, slow: float, tell: Progress) -> int:
-    hush_codecs()
-    codec = cv2.VideoWriter.fourcc(*"mp4v")
-    writer = cv2.VideoWriter(str(path), codec, FILM_FPS, FRAME_SIZE)
-    count = 0
-    try:
-        if not writer.isOpened():
-            raise InputError(f"{path.parent}: this OpenCV cannot write MPEG-4 there")
+    with film(path, FILM_FPS) as made:
         for picture in _shots(scenery, FILM_FPS, slow, tell):
-            writer.write(picture)
-            count += 1
-    finally:
-        writer.release()
-    if _frames_in(path) != count:  # a writer that fails says nothing
-        raise InputError(f"{path.parent}: a film broke off there; is the disk full?")
-    return count
-
-
-def _frames_in(path: Path) -> int:
-    try:
-        return sum(1 for _ in read_pictures([path]))
-    except InputError:  # damaged
-        return 0
+            made.write(picture)
+    return made.frames
 
 
 def _write_animation(path: Path, scenery: Scenery, slow: float, tell: Progress) -> int:

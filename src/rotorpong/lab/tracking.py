@@ -30,14 +30,16 @@ MEASURED_PRIOR = replace(HUMAN_PRIOR, spin_sd=100.0, velocity_sd=(4.0, 2.0, 4.0)
 ATTITUDES: Mapping[str, AttitudeQuality] = {"tum_gazebo": TUM_ATTITUDE}
 
 
-def tracker_eyes(camera: Camera, vehicle: str, serves: str) -> TrackerEyes:
+def tracker_eyes(camera: Camera, vehicle: str, serves: str, colour: str = "orange") -> TrackerEyes:
     """Return fresh eyes for one serve.
 
     Args:
         camera: what they take the drone's camera for.
         vehicle: name of the drone; of one that is not known, a good gyro is believed.
         serves: kind of serve, or a file.
+        colour: of the ball, by name.
     """
     attitude = ATTITUDES.get(vehicle, ARDRONE2_ATTITUDE)
     prior = PRIORS.get(serves, MEASURED_PRIOR)
-    return TrackerEyes(camera, home=HOME_BODY, prior=replace(prior, attitude=attitude))
+    known = replace(prior, attitude=attitude)
+    return TrackerEyes(camera, home=HOME_BODY, prior=known, colours=(colour,))

@@ -104,10 +104,13 @@ def run_of(spec: Spec) -> Run:
 
 def _unusual(spec: Spec) -> dict[str, Any]:
     """Return what older runs do not mention, where it is not as they had it."""
-    contents = spec.contents()
-    return ({"randomize": True} if spec.randomize else {}) | (
-        {"contents": contents} if contents else {}
-    )
+    found = {
+        "randomize": spec.randomize,
+        "ball": "" if spec.ball == "orange" else spec.ball,
+        "eye_settings": spec.eye_settings.unusual(spec.eyes, spec.ball),
+        "contents": spec.contents(),
+    }
+    return {what: value for what, value in found.items() if value}
 
 
 def _opened(

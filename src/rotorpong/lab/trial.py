@@ -163,7 +163,7 @@ def encounter(stage: Stage, index: int, generators: Generators) -> tuple[Setting
     """Return what serve `index` really meets, which may be a world of its own, and the serve."""
     if not stage.spec.randomize:
         return stage.setting, stage.serves(index, generators.serve)
-    setting, draw_ball = draw_trial(stage.setting, generators.world)
+    setting, draw_ball = draw_trial(stage.setting, generators.world, ball=stage.spec.ball_colour)
     return setting, _thrown(stage.serves, index, generators.serve, draw_ball)
 
 

@@ -25,10 +25,12 @@ from typing import Any
 
 from rotorpong.conventions import InputError
 from rotorpong.physics.camera import LEAST_AND_MOST, Camera, require_camera
+from rotorpong.vision.fields import without_doubles
 
 LARGEST_FILE = 4 * 2**20  # bytes
 DEEPEST_INDENT = 64  # columns
 LARGEST_SIDE_PX = 16384
+LONGEST_NAME = 255  # of a camera: as long as the name of its file may be
 FOCAL_LENGTHS = (0.1, 100.0)  # of the picture's width: 157 to 0.6 degrees
 PLAIN_KEYS = ("fx", "fy", "cx", "cy", "width", "height")
 PLAIN_DISTORTION = ("k1", "k2", "p1", "p2", "k3")
@@ -86,7 +88,7 @@ def _text(path: Path) -> str:
     try:
         with path.open("rb") as file:
             data = file.read(LARGEST_FILE + 1)
-        text = data.decode()
+        text = data.decode("utf-8-sig")
     except OSError as error:
         raise InputError(f"cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:
@@ -107,12 +109,14 @@ def _fields(text: str) -> Fields:
         fields = _yaml(lines)
     if not isinstance(fields, dict) or not fields:
         raise InputError("holds no fields; expected OpenCV or ROS YAML, or JSON")
-    return {str(key).lower(): value for key, value in fields.items()}
+    return without_doubles([(str(key).lower(), value) for key, value in fields.items()])
 
 
 def _json(text: str) -> Any:
     try:
-        return json.loads(text)
+        return json.loads(text, object_pairs_hook=without_doubles)
+    except InputError:
+        raise
     except ValueError as error:
         raise InputError(f"is damaged JSON ({error})") from None
 
@@ -123,7 +127,7 @@ def _has_content(line: str) -> bool:
 
 def _yaml(lines: list[str]) -> Fields:
     """Return the mapping of lines of one indent; deeper lines belong to the key above them."""
-    fields: Fields = {}
+    pairs: list[tuple[str, Any]] = []
     at = 0
     while at < len(lines):
         key, colon, rest = lines[at].partition(":")
@@ -133,9 +137,9 @@ def _yaml(lines: list[str]) -> Fields:
         if not colon or not key.strip() or _indent(lines[at]) != _indent(lines[0]):
             raise InputError(f"is damaged YAML at {lines[at].strip()[:40]!r}")
         name = key.strip().strip("\"'")
-        fields[name] = _yaml_value(rest.strip(), lines[at + 1 : end])
+        pairs.append((name, _yaml_value(rest.strip(), lines[at + 1 : end])))
         at = end
-    return fields
+    return without_doubles(pairs)
 
 
 def _is_below(line: str, indent: int) -> bool:
@@ -189,10 +193,10 @@ def _matrix_camera(fields: Fields, name: str) -> Camera:
     if model not in DISTORTION_MODELS or fields.get("fisheye_model", 0):
         raise InputError(f"distortion model {model!r}, fisheye or not; expected plumb_bob")
     matrix = _numbers(fields["camera_matrix"], "camera_matrix")
-    if len(matrix) != 9 or matrix[1] != 0 or matrix[3] != 0 or matrix[6:] != [0, 0, 1]:
-        raise InputError(f"camera_matrix {matrix}; expected fx 0 cx, 0 fy cy, 0 0 1")
+    if not _is_pinhole(matrix, fields["camera_matrix"]):
+        raise InputError(f"camera_matrix {matrix}; expected fx 0 cx, 0 fy cy, 0 0 1 as 3 x 3")
     return Camera(
-        str(fields.get("camera_name", name)),
+        _name(fields.get("camera_name", name)),
         _side(fields["image_width"], "image_width"),
         _side(fields["image_height"], "image_height"),
         (matrix[0], matrix[4]),
@@ -209,7 +213,7 @@ def _plain_camera(fields: Fields, name: str) -> Camera:
         raise InputError(f"unknown fields {', '.join(unknown)}; known are {', '.join(known)}")
     fx, fy, cx, cy = (_number(fields[key], key) for key in PLAIN_KEYS[:4])
     return Camera(
-        str(fields.get("name", name)),
+        _name(fields.get("name", name)),
         _side(fields["width"], "width"),
         _side(fields["height"], "height"),
         (fx, fy),
@@ -252,10 +256,30 @@ def _numbers(value: Any, name: str) -> list[float]:
     return numbers
 
 
+def _is_pinhole(numbers: list[float], matrix: Fields) -> bool:
+    square = matrix["rows"] == matrix["cols"] == 3
+    return square and [numbers[k] for k in (1, 3, 6, 7, 8)] == [0, 0, 0, 0, 1]
+
+
+def _name(value: Any) -> str:
+    """Return what a camera is called; the stem of its file's name may be anything."""
+    name = f"{value:g}" if isinstance(value, float) else value
+    if not isinstance(name, str) or len(name) > LONGEST_NAME:
+        raise InputError(f"name is {str(name)[:40]!r}; expected text, up to {LONGEST_NAME} letters")
+    return "".join(letter if letter.isprintable() else "_" for letter in name)
+
+
 def _number(value: Any, name: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, int | float) or not _is_finite(value):
         raise InputError(f"{name} is {str(value)[:40]!r}; expected a finite number")
     return float(value)
+
+
+def _is_finite(value: float) -> bool:
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # a whole number of hundreds of digits
+        return False
 
 
 def _side(value: Any, name: str) -> int:

@@ -16,6 +16,7 @@ from typing import Any
 
 from rotorpong.conventions import InputError
 from rotorpong.vision.colour import Colour
+from rotorpong.vision.fields import without_doubles
 
 LARGEST_FILE = 2**16  # bytes
 LONGEST_NAME = 40
@@ -69,7 +70,9 @@ def _fields(path: Path) -> dict[str, Any]:
     if len(data) > LARGEST_FILE:
         raise InputError(f"is larger than {LARGEST_FILE} bytes; expected a colour")
     try:
-        fields = json.loads(data)
+        fields = json.loads(data, object_pairs_hook=without_doubles)
+    except InputError:
+        raise
     except (ValueError, RecursionError):  # ValueError: neither JSON nor text
         raise InputError(f"is no JSON; expected an object with {', '.join(FIELDS)}") from None
     if not isinstance(fields, dict):

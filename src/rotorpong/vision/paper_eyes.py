@@ -17,7 +17,7 @@ from rotorpong.conventions import BALL_DIAMETER, InputError
 from rotorpong.drone import BallEstimate, Observation
 from rotorpong.physics.camera import Camera
 from rotorpong.vision.circles import CircleFit
-from rotorpong.vision.detect import as_picture, find_blobs
+from rotorpong.vision.detect import Colour, as_picture, find_blobs
 from rotorpong.vision.locate import position_and_covariance
 from rotorpong.vision.measure import Circle, fit_circle
 
@@ -46,6 +46,7 @@ class PaperEyes:
         *,
         whole_pixels: bool = True,
         fit: CircleFit = "kasa",
+        colour: Colour | str = "orange",
     ) -> None:
         """Look through `camera` for a ball of `ball_diameter` metres.
 
@@ -54,11 +55,13 @@ class PaperEyes:
             ball_diameter: of the real ball, m.
             whole_pixels: round its diameter in the picture to whole pixels, as in Fig. 4.
             fit: how a circle is put through its outline.
+            colour: of the ball, by name or as a `Colour`.
         """
         self._camera = camera
         self._ball_diameter = ball_diameter
         self._whole_pixels = whole_pixels
         self._fit: CircleFit = fit
+        self._colours = (colour,)
         self._previous: _Sight | None = None
 
     def see(self, observation: Observation) -> BallEstimate | None:
@@ -84,7 +87,8 @@ class PaperEyes:
                 f"a picture of {picture.shape[1]} x {picture.shape[0]} pixels; "
                 f"camera {self._camera.name} has {width} x {height}"
             )
-        plausible = [b for b in find_blobs(as_picture(picture)) if b.score >= PLAUSIBLE_SCORE]
+        blobs = find_blobs(as_picture(picture), self._colours)
+        plausible = [b for b in blobs if b.score >= PLAUSIBLE_SCORE]
         circles = [
             fit_circle(b.contour, whole_pixels=self._whole_pixels, fit=self._fit) for b in plausible
         ]

@@ -1,51 +1,37 @@
-"""Picture files, folders and videos: where they come from, which balls they show, how to mark them.
+"""Picture files, folders and videos: where they come from, and which balls they show.
 
 A folder gives its pictures and videos by name; other files and subfolders are passed over, a
 damaged one is dropped, both counted in the log. A file named by itself must be readable. A video
-that breaks off gives its frames up to there and is then an error.
+that breaks off gives its frames up to there and is then an error. An animation (.gif) is a video;
+of other files with several pictures the first is taken, which the log says.
 """
 
 import logging
 import os
+import stat
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
-from jaxtyping import Float
-from numpy import ndarray
 
 from rotorpong.conventions import BALL_DIAMETER, InputError, Picture
-from rotorpong.files import write_whole
 from rotorpong.physics.camera import Camera
-from rotorpong.vision.detect import Colour, Detection, detect
-from rotorpong.vision.locate import ball_position, position_covariance
+from rotorpong.vision.detect import Colour
+from rotorpong.vision.linking import Linker, Track
+from rotorpong.vision.located import LocatedBall, StillEyes
 
 PICTURE_SUFFIXES = {".jpg", ".jpeg", ".png", ".bmp", ".tif", ".tiff", ".webp", ".ppm", ".pgm"}
-VIDEO_SUFFIXES = {".mp4", ".avi", ".mov", ".mkv", ".m4v", ".webm", ".mpg", ".mpeg"}
-CENTER_SD_PX = 0.15  # real footage, compressed
-DIAMETER_SD_PX = 0.4  # the threshold's bias depends on exposure and encoding
-MARK = (255, 0, 255)  # blue, green, red: magenta, which no ball has
-
+VIDEO_SUFFIXES = {".mp4", ".avi", ".mov", ".mkv", ".m4v", ".webm", ".mpg", ".mpeg", ".gif"}
+USUAL_FPS = 30.0  # frames per second, of what does not say
+FPS_RANGE = (0.1, 1000.0)
+LONGEST_NUMBER = 18  # digits, in the name of a numbered picture
 FRAMES_MISCOUNTED = 2  # some containers only estimate how many frames they hold
 SHARE_MISCOUNTED = 0.02
 
 log = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True, slots=True)
-class LocatedBall:
-    """A candidate ball in a picture and, where the camera is known, in the camera frame."""
-
-    x_px: float
-    y_px: float
-    diameter_px: float
-    score: float
-    colour: str
-    position_m: Float[ndarray, "3"] | None = None
-    covariance_m2: Float[ndarray, "3 3"] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +42,7 @@ class PictureBalls:
     frame: int  # in its video; 0 for a picture
     balls: tuple[LocatedBall, ...]
     picture: Picture = field(repr=False, compare=False)
+    tracks: tuple[Track | None, ...] | None = None  # of each ball; None: they are not linked
 
 
 def detect_pictures(
@@ -78,28 +65,60 @@ def detect_pictures(
     Raises:
         InputError: nothing to read, a damaged file, or a picture of another size than the camera's.
     """
-    if not 0.0 <= min_score <= 1.0:
-        raise InputError(f"minimum score {min_score}; expected 0 to 1")
+    yield from look_at(paths, StillEyes(camera, tuple(colours), ball_diameter, min_score))
+
+
+def look_at(paths: Sequence[str | Path], eyes: StillEyes) -> Iterator[PictureBalls]:
+    """Look at pictures, folders and videos, one picture at a time.
+
+    Args:
+        paths: of pictures, folders or videos.
+        eyes: what to look for, and how.
+
+    Raises:
+        InputError: as `detect_pictures`.
+    """
+    if not 0.0 <= eyes.min_score <= 1.0:
+        raise InputError(f"minimum score {eyes.min_score}; expected 0 to 1")
+    if not 0.0 < eyes.ball_diameter < 1.0:
+        raise InputError(f"ball diameter {eyes.ball_diameter} m; expected above 0 and below 1 m")
     for path, frame, picture in read_pictures(paths):
-        if camera is not None:
-            _check_size(picture, camera, path)
-        found = [ball for ball in detect(picture, colours) if ball.score >= min_score]
-        balls = tuple(_located(ball, camera, ball_diameter) for ball in found)
-        yield PictureBalls(path, frame, balls, picture)
+        if eyes.camera is not None:
+            _check_size(picture, eyes.camera, path)
+        yield PictureBalls(path, frame, eyes.look(picture), picture)
+
+
+def linked(found: Iterable[PictureBalls], ball_diameter: float) -> Iterator[PictureBalls]:
+    """Return the same with the tracks of balls, linked over the frames of every sequence.
+
+    Args:
+        found: pictures, in order.
+        ball_diameter: of the real balls, m.
+    """
+    linker, before = Linker(USUAL_FPS, ball_diameter), None
+    for result in found:
+        if before is None or not follows(before, result):
+            rate = frame_rate(result.path) if is_video(result.path) else USUAL_FPS
+            linker = Linker(rate, ball_diameter, first=linker.next_number)
+        yield replace(result, tracks=linker.add(result.balls))
+        before = result
 
 
 def as_json(results: Iterable[PictureBalls]) -> dict[str, list[dict[str, Any]]]:
-    """Return detections as plain numbers and lists, in the layout of `rotorpong detect --json`."""
-    return {
-        "pictures": [
-            {
-                "path": str(result.path),
-                "frame": result.frame,
-                "balls": [_ball_json(ball) for ball in result.balls],
-            }
-            for result in results
-        ]
-    }
+    """Return detections as plain numbers and lists, in the layout of `rotorpong detect --json`.
+
+    Where balls are linked, each has the number of its track, or null.
+    """
+    pictures: list[dict[str, Any]] = []
+    of_balls: list[tuple[dict[str, Any], Track | None]] = []
+    for result in results:
+        balls = [_ball_json(ball) for ball in result.balls]
+        if result.tracks is not None:
+            of_balls.extend(zip(balls, result.tracks, strict=True))
+        pictures.append({"path": str(result.path), "frame": result.frame, "balls": balls})
+    for ball, track in of_balls:  # now that it is known which were confirmed
+        ball["track"] = None if track is None else track.number
+    return {"pictures": pictures}
 
 
 def read_pictures(paths: Sequence[str | Path]) -> Iterator[tuple[Path, int, Picture]]:
@@ -111,12 +130,10 @@ def read_pictures(paths: Sequence[str | Path]) -> Iterator[tuple[Path, int, Pict
     if not paths:
         raise InputError("no path given; expected pictures, folders or videos")
     for path in map(Path, paths):
-        if path.is_dir():
+        if _kind_of(path) == stat.S_IFDIR:
             yield from _read_folder(path)
-        elif path.is_file():
-            yield from _read_file(path)
         else:
-            raise InputError(f"{path}: no such file or folder")
+            yield from _read_file(path)
 
 
 def read_picture(path: Path) -> Picture:
@@ -137,38 +154,47 @@ def read_picture(path: Path) -> Picture:
     return picture
 
 
-def annotate(picture: Picture, balls: Sequence[LocatedBall | Detection]) -> Picture:
-    """Return a copy of a picture with each ball circled and labelled by colour and score."""
-    marked = picture.copy()
-    for ball in balls:
-        center = (round(ball.x_px), round(ball.y_px))
-        radius = max(2, round(ball.diameter_px / 2) + 1)
-        cv2.circle(marked, center, radius, MARK, 1, cv2.LINE_AA)
-        text = f"{ball.colour} {ball.score:.2f}"
-        corner = (center[0] + radius + 2, center[1])
-        cv2.putText(marked, text, corner, cv2.FONT_HERSHEY_SIMPLEX, 0.4, MARK, 1, cv2.LINE_AA)
-    return marked
+def frame_rate(path: Path) -> float:
+    """Return how many frames per second a video says it has; 30 where it says nothing sensible."""
+    capture = cv2.VideoCapture(name_for_opencv(path), cv2.CAP_FFMPEG)
+    try:
+        said = float(capture.get(cv2.CAP_PROP_FPS)) if capture.isOpened() else 0.0
+    finally:
+        capture.release()
+    return said if FPS_RANGE[0] <= said <= FPS_RANGE[1] else USUAL_FPS
 
 
-def write_annotated(result: PictureBalls, folder: Path, *, index: int) -> Path:
-    """Write a marked picture as `<index>-<name>.png` and return its path.
+def is_video(path: Path) -> bool:
+    """Tell whether a file is taken for a video, by its name."""
+    return path.suffix.lower() in VIDEO_SUFFIXES
 
-    Args:
-        result: picture and balls.
-        folder: made if it is not there.
-        index: of the picture in this run; keeps equal names from different folders apart.
+
+def follows(before: PictureBalls, after: PictureBalls) -> bool:
+    """Tell whether a picture is the frame after another.
+
+    In a video it is; so are pictures of one size whose names differ in a number that goes up by
+    one (`frame_0041.png`, `frame_0042.png`).
+    """
+    if before.picture.shape != after.picture.shape:
+        return False
+    if is_video(after.path) or is_video(before.path):
+        return after.path == before.path and after.frame == before.frame + 1
+    kept, number = _numbered(before.path)
+    return number is not None and _numbered(after.path) == (kept, number + 1)
+
+
+def name_for_opencv(path: Path) -> str:
+    """Return the name of a file as OpenCV can take it: from any other text it crashes.
 
     Raises:
-        InputError: the file cannot be written.
+        InputError: it is no UTF-8.
     """
-    path = folder / f"{index:05d}-{result.path.stem}.png"
-    _, data = cv2.imencode(".png", annotate(result.picture, result.balls))
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be made ({error.strerror})") from None
-    write_whole(path, data.tobytes())
-    return path
+        str(path).encode()
+    except UnicodeEncodeError:
+        name = str(path).encode(errors="replace").decode()
+        raise InputError(f"{name}: OpenCV needs names in UTF-8; expected another name") from None
+    return str(path)
 
 
 def hush_codecs() -> None:
@@ -177,8 +203,24 @@ def hush_codecs() -> None:
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
 
 
+def _kind_of(path: Path) -> int:
+    """Return whether a path is a folder or a file, S_IFDIR or S_IFREG of `stat`."""
+    try:
+        kind = stat.S_IFMT(path.stat().st_mode)
+    except (FileNotFoundError, NotADirectoryError):
+        raise InputError(f"{path}: no such file or folder") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    if kind not in (stat.S_IFDIR, stat.S_IFREG):
+        raise InputError(f"{path}: neither a file nor a folder; expected pictures or videos")
+    return kind
+
+
 def _read_folder(folder: Path) -> Iterator[tuple[Path, int, Picture]]:
-    entries = sorted(folder.iterdir())
+    try:
+        entries = sorted(folder.iterdir())
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be read ({error.strerror})") from None
     known = [path for path in entries if path.is_file() and _is_known(path)]
     passed_over, dropped, pictures = len(entries) - len(known), [], 0
     for path in known:
@@ -204,15 +246,35 @@ def _is_known(path: Path) -> bool:
     return path.suffix.lower() in PICTURE_SUFFIXES | VIDEO_SUFFIXES
 
 
+def _numbered(path: Path) -> tuple[Path, int | None]:
+    """Return a path without the number that its name ends with, and the number."""
+    stem = path.stem.rstrip("0123456789")
+    digits = path.stem[len(stem) :]
+    usable = digits.isascii() and 0 < len(digits) <= LONGEST_NUMBER
+    return path.with_name(f"{stem}.{path.suffix}"), int(digits) if usable else None
+
+
 def _read_file(path: Path) -> Iterator[tuple[Path, int, Picture]]:
-    if path.suffix.lower() in VIDEO_SUFFIXES:
+    if is_video(path):
         yield from _read_video(path)
     else:
-        yield path, 0, read_picture(path)
+        picture = read_picture(path)
+        _tell_pages(path)
+        yield path, 0, picture
+
+
+def _tell_pages(path: Path) -> None:
+    """Say so where a file holds more pictures than the first."""
+    try:
+        pages = cv2.imcount(name_for_opencv(path))
+    except (cv2.error, InputError):  # what cannot be counted was read all the same
+        pages = 1
+    if pages > 1:
+        log.warning("%s: holds %d pictures; only the first is looked at", path, pages)
 
 
 def _read_video(path: Path) -> Iterator[tuple[Path, int, Picture]]:
-    capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+    capture = cv2.VideoCapture(name_for_opencv(path), cv2.CAP_FFMPEG)
     try:
         promised = int(capture.get(cv2.CAP_PROP_FRAME_COUNT)) if capture.isOpened() else 0
         frames = 0
@@ -237,23 +299,6 @@ def _check_size(picture: Picture, camera: Camera, path: Path) -> None:
             f"{path}: {width} x {height} pixels; camera {camera.name} is calibrated for "
             f"{camera.width_px} x {camera.height_px}"
         )
-
-
-def _located(ball: Detection, camera: Camera | None, ball_diameter: float) -> LocatedBall:
-    seen = (ball.x_px, ball.y_px, ball.diameter_px, ball.score, ball.colour)
-    if camera is None:
-        return LocatedBall(*seen)
-    pixel, diameter = np.array([ball.x_px, ball.y_px]), np.array(ball.diameter_px)
-    position = ball_position(camera, pixel, diameter, ball_diameter=ball_diameter, eq1=False)
-    covariance = position_covariance(
-        camera,
-        pixel,
-        diameter,
-        center_sd_px=CENTER_SD_PX,
-        diameter_sd_px=DIAMETER_SD_PX,
-        ball_diameter=ball_diameter,
-    )
-    return LocatedBall(*seen, position, covariance)
 
 
 def _ball_json(ball: LocatedBall) -> dict[str, Any]:

@@ -5,6 +5,8 @@ clothes are found; light from dusk to glare. Nothing moves: geometry is in `cour
 """
 
 import colorsys
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -13,6 +15,10 @@ from rotorpong.world.render import Colour, Scene
 
 BallColour = Literal["orange", "white"]
 BALL_COLOURS: tuple[BallColour, ...] = get_args(BallColour)
+
+PLAIN = Scene()
+BALLS: Mapping[BallColour, Colour] = {"orange": PLAIN.ball, "white": (233, 239, 242)}
+"""As the plain scene shows them; white is the middle of its tint below."""
 
 Range = tuple[float, float]
 Tint = tuple[Range, Range, Range]  # hue in degrees, saturation, value
@@ -44,6 +50,11 @@ TEXTURE_CONTRAST = (0.01, 0.08)
 SHADOW = (0.1, 0.7)
 NO_OPPONENT_SHARE = 0.2
 TEXTURES = 2**31
+
+
+def plain_looks(ball: BallColour) -> Scene:
+    """Return the plain scene with a ball of this colour."""
+    return replace(PLAIN, ball=BALLS[ball])
 
 
 def draw_looks(rng: np.random.Generator, *, ball: BallColour | None = None) -> Scene:

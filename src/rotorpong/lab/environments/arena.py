@@ -15,10 +15,11 @@ import numpy as np
 
 from rotorpong.conventions import InputError, require_seed
 from rotorpong.drone import Outcome
+from rotorpong.lab.choices import require_choice
 from rotorpong.lab.reachable import is_reachable
 from rotorpong.lab.seeds import PURPOSES, Purpose, trial_generators
 from rotorpong.lab.serving import ServeSource, serve_source
-from rotorpong.lab.spec import Spec, require_choice, require_count
+from rotorpong.lab.spec import Spec, require_count
 from rotorpong.lab.trial import Stage, encounter
 from rotorpong.physics.camera import Camera
 from rotorpong.physics.vehicle import Vehicle
