@@ -25,7 +25,7 @@ from numpy import ndarray
 from rotorpong.conventions import BALL_RADIUS, InputError, Picture, Vector3
 from rotorpong.drone import BallEstimate, Box, Frame, Observation
 from rotorpong.physics.camera import Camera, camera_from_body, project, row_time
-from rotorpong.vision.detect import as_picture, detect
+from rotorpong.vision.detect import as_picture, find_balls
 from rotorpong.vision.flight_filter import (
     HUMAN_PRIOR,
     Belief,
@@ -210,7 +210,7 @@ class TrackerEyes:
     def _sights(self, frame: Frame, time: float, box: Box) -> list[Sight]:
         """Return what may be balls in a box of the frame, best first."""
         picture = as_picture(frame.region(*box))
-        found = [ball for ball in detect(picture, self._colours) if ball.score >= LEAST_SCORE]
+        found = [ball for ball in find_balls(picture, self._colours) if ball.score >= LEAST_SCORE]
         sights = []
         for ball in found[:MOST_CANDIDATES]:
             center = np.array([ball.x_px + box[0], ball.y_px + box[1]])
