@@ -66,8 +66,9 @@ class Order:
     def _check_suite(self) -> None:
         for name, suites in BELONGS.items():
             if getattr(self, name) not in (None, False) and self.suite not in suites:
-                owners = " or ".join(suites)
-                raise InputError(f"{_flag(name)} with bench {self.suite}: belongs to bench {owners}")
+                raise InputError(
+                    f"{_flag(name)} with bench {self.suite}: belongs to bench {' or '.join(suites)}"
+                )
 
     def _check_images(self) -> None:
         if self.images is not None:
