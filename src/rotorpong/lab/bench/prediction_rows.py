@@ -17,20 +17,17 @@ from scipy.spatial.transform import Rotation
 
 from rotorpong.conventions import BALL_RADIUS
 from rotorpong.lab.bench.rows import Row
+from rotorpong.lab.tracking import PRIORS
 from rotorpong.physics.camera import ARDRONE2_720P, Camera, camera_from_body, ideal, in_picture
 from rotorpong.vision.flight_filter import (
-    HUMAN_PRIOR,
     AttitudeQuality,
-    Belief,
     Prior,
     Sight,
-    begin,
+    filtered,
     fit_window,
     ground,
     predict,
-    update,
 )
-from rotorpong.vision.tracker import RENEWALS
 from rotorpong.world.contact import Solids, fly_over_court, state_of
 from rotorpong.world.serves import HUMAN, draw
 
@@ -84,7 +81,7 @@ def _predicted(seed: int, tilt_deg: float) -> Predicted | None:
     if len(sights) < FEWEST:
         return None
     known = ground(prior, sights[0].time)
-    belief = _filtered(known, sights, prior)
+    belief, _ = filtered(known, sights, prior)
     fit, _ = fit_window(known, sights, prior)
     bound = predict(fit, sights[-1].time, prior)
     now = ticks[-1]
@@ -101,7 +98,7 @@ def _prior(tilt_sd: float) -> Prior:
         start_sd=max(tilt_sd, 1e-7), reading_sd=1.0, reading_rate=1.0, reading_offset_sd=0.0,
         walk=1e-7, jitter_sd=0.0,
     )  # fmt: skip
-    return replace(HUMAN_PRIOR, attitude=quality, table=(0.0, 0.001))
+    return replace(PRIORS["human"], attitude=quality, table=(0.0, 0.001))
 
 
 def _sights(
@@ -124,13 +121,3 @@ def _sights(
         if ball[2] < PLANE:
             break
     return sights, ticks
-
-
-def _filtered(known: Belief, sights: list[Sight], prior: Prior) -> Belief:
-    """Return the belief after all sights, begun and renewed as the tracker does."""
-    belief = begin(known, sights[:1], prior)
-    for count, sight in enumerate(sights[1:], start=2):
-        belief, _ = update(predict(belief, sight.time, prior), sight)
-        if count in RENEWALS:
-            belief = begin(known, sights[:count], prior)
-    return belief
