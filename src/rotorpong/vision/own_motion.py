@@ -170,7 +170,8 @@ def _quality(attitude: AttitudeQuality, odometry: OdometryQuality) -> kernels.Qu
     held = max(1.0, SAMPLE_RATE / attitude.reading_rate)
     return kernels.Quality(
         odometry.flow_sd**2, odometry.acceleration_sd**2, odometry.rise_sd**2,
-        odometry.sonar_sd**2, odometry.flow_bias_sd**2, held * attitude.reading_sd**2, attitude.reading_offset_sd**2,
-        attitude.start_sd**2, attitude.walk, odometry.drag, odometry.drag_sd, odometry.thrust_sd,
+        odometry.sonar_sd**2, odometry.flow_bias_sd**2, held * attitude.reading_sd**2,
+        attitude.reading_offset_sd**2, attitude.start_sd**2, attitude.walk,
+        odometry.drag, odometry.drag_sd, odometry.thrust_sd,
         odometry.flow_delay,
     )  # fmt: skip

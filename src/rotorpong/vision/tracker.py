@@ -265,7 +265,7 @@ class TrackerEyes:
         return track.missed == 0 and bool(apart < last.seen[2] + sight.seen[2])
 
     def _aim(self, belief: Belief) -> Aim | None:
-        """Return where the ball must be in a picture of the belief's time, its row's lag allowed."""
+        """Return where the ball must be in a picture of its time, the lag of its row allowed."""
         time, camera = belief.time, self._camera
         aim = aim_at(camera, belief, self._pose(time), self._pose(time - LAG), LAG)
         if aim is None or camera.readout_s == 0.0:
@@ -283,7 +283,9 @@ class TrackerEyes:
         if box[0] >= box[2] or box[1] >= box[3]:
             return []
         picture = as_picture(look.frame.region(*box))
-        sight = self._measured(picture, guess, track.colour, box[:2], look.time, motion)
+        sight = self._measured(
+            picture, guess, track.colour, corner=box[:2], time=look.time, motion=motion
+        )
         return [] if sight is None else [sight]
 
     def _boxed(self, track: _Track, look: _Look, aim: Aim) -> list[Sight]:
@@ -308,7 +310,9 @@ class TrackerEyes:
             x0, y0 = max(x0, box[0]), max(y0, box[1])
             near = picture[y0 - box[1] : y1 - box[1], x0 - box[0] : x1 - box[0]]
             if near.size:
-                sight = self._measured(near, guess, ball.colour, (x0, y0), look.time, motion)
+                sight = self._measured(
+                    near, guess, ball.colour, corner=(x0, y0), time=look.time, motion=motion
+                )
                 if sight is not None:
                     found.append((sight, ball.colour))
         return found
@@ -329,6 +333,7 @@ class TrackerEyes:
         picture: Picture,
         guess: Guess,
         colour: str,
+        *,
         corner: tuple[int, int],
         time: float,
         motion: _Motion,

@@ -48,6 +48,7 @@ class Predicted:
     """One serve: errors and bound."""
 
     ahead: dict[float, float]  # m, by s
+    ahead_bound: dict[float, float]  # m, rms, by s
     error: Float[ndarray, "6"]  # of position and velocity at the plane
     bound: Float[ndarray, "6"]  # variances
 
@@ -64,6 +65,9 @@ def rows(*, quick: bool = False) -> tuple[Row, ...]:
             goal = GOALS.get((tilt, ahead))
             found.append(Row(f"{words}: mean", float(errors.mean()), "cm", goal, "less"))
             found.append(Row(f"{words}: median", float(np.median(errors)), "cm"))
+            rms = 100.0 * math.sqrt(float(np.mean([one.ahead_bound[ahead] ** 2 for one in good])))
+            found.append(Row(f"{words}: rms", float(np.sqrt(np.mean(errors**2))), "cm"))
+            found.append(Row(f"{words}: rms, Cramer-Rao bound", rms, "cm"))
         ratio = np.array([one.error**2 / one.bound for one in good])
         efficiency = 1.0 / float(ratio.mean())
         name = f"efficiency at 2.5 m, attitude error {tilt:g} degrees"
@@ -85,12 +89,15 @@ def _predicted(seed: int, tilt_deg: float) -> Predicted | None:
     fit, _ = fit_window(known, sights, prior)
     bound = predict(fit, sights[-1].time, prior)
     now = ticks[-1]
-    ahead = {}
+    ahead, ahead_bound = {}, {}
     for seconds in AHEAD:
         tick = now + round(1000 * seconds)
         there = predict(belief, 1e-3 * tick, prior).position
         ahead[seconds] = float(np.linalg.norm(there - path[tick, :3]))
-    return Predicted(ahead, belief.mean[:6] - path[now, :6], np.diag(bound.covariance)[:6])
+        spread = predict(bound, 1e-3 * tick, prior).covariance[:3, :3]
+        ahead_bound[seconds] = math.sqrt(float(np.trace(spread)))
+    error = belief.mean[:6] - path[now, :6]
+    return Predicted(ahead, ahead_bound, error, np.diag(bound.covariance)[:6])
 
 
 def _prior(tilt_sd: float) -> Prior:
