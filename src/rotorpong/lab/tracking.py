@@ -21,8 +21,8 @@ from rotorpong.vision.tracker import TrackerEyes
 from rotorpong.world.racket import HOME_BODY
 
 THROW = replace(HUMAN_PRIOR, velocity=(-6.5, 0.0, 2.3), velocity_sd=(1.0, 1.0, 1.3), spin_sd=22.0)
-"""Of 400 throws of the kind `human` (seed 777), released with (-6.8, 0.0, 2.8) m/s, sd (0.5, 0.6,
-0.8), and a tenth of a second later, when the ball comes into view; with room for other throwers."""
+"""400 throws of the kind `human` (seed 777) leave with (-6.8, 0.0, 2.8) m/s, sd (0.5, 0.6, 0.8), spin
+sd 20; slower and rounder here, by judgement, for the first sight is later and throwers differ."""
 PRIORS: Mapping[str, Prior] = {
     "human": THROW,
     "constant": THROW,
@@ -39,7 +39,7 @@ ODOMETRIES: Mapping[str, OdometryQuality] = {
     "ardrone2": OdometryQuality(flow_delay=0.04, drag=0.58, drag_sd=0.15, thrust_sd=0.05),
 }
 """By their data sheets (`physics.cascade`, `physics.ardrone2`). The simulator's sonar is exact; its
-thrust swings by 2 m/s^2 at 50 Hz, half of it between two samples."""
+thrust was seen to swing by 2 to 3 m/s^2 at 50 Hz, which 200 Hz hardly resolve."""
 
 
 def tracker_eyes(camera: Camera, vehicle: str, serves: str) -> TrackerEyes:

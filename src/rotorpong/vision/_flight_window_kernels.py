@@ -1,4 +1,4 @@
-"""The fit of `flight_filter` to a window of sights, compiled: Gauss-Newton, and a filter along it."""
+"""The fit of `flight_filter` to a window of sights, compiled, and a filter along the fit."""
 
 import math
 

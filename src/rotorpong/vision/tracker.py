@@ -68,7 +68,8 @@ MOST_CANDIDATES = 4  # of a frame, measured
 LAG = 0.005  # s, over which the picture's motion is told
 DOUBT, UNCHECKED = 0.3, 2.0
 """A disc's covariance grows by 1 + 0.3 d^2, d the disagreement of area and edge; 2 where there is
-no area. By 40 serves of seed 100, the errors over that are normal but for a tail (2 % at 720p)."""
+no area. Rounded from how NEES of discs grows with d over 40 serves of seed 100; the tail that is
+left (6 to 8 % beyond the gate at 6 to 14 px before that growth, 720p) is the gate's affair."""
 SENSOR_SD_PX, IDEAL_SD_PX = 0.01, 0.02
 """What it leaves out: of a real sensor, and of an ideal one, whose edges of few pixels are coarse:
 the latter over the root of the radius. From the same serves."""
