@@ -21,8 +21,8 @@ from rotorpong.vision.tracker import TrackerEyes
 from rotorpong.world.racket import HOME_BODY
 
 THROW = replace(HUMAN_PRIOR, velocity=(-6.5, 0.0, 2.3), velocity_sd=(1.0, 1.0, 1.3), spin_sd=22.0)
-"""400 throws of the kind `human` (seed 777) leave with (-6.8, 0.0, 2.8) m/s, sd (0.5, 0.6, 0.8), spin
-sd 20; slower and rounder here, by judgement, for the first sight is later and throwers differ."""
+"""400 throws of the kind `human` (seed 777) leave with (-6.8, 0.0, 2.8) m/s, sd (0.5, 0.6, 0.8),
+spin sd 20; slower and rounder here, by judgement: the first sight is later, throwers differ."""
 PRIORS: Mapping[str, Prior] = {
     "human": THROW,
     "constant": THROW,
