@@ -37,8 +37,8 @@ class Match(Common):
     ball: str = "orange"
     """orange or white."""
     colour: str | None = None
-    """What eyes look for: orange, white or, eyes paper, a FILE.json of `calibrate colour`. Default:
-    the ball's."""
+    """What eyes look for: orange, white, or a FILE.json of `calibrate colour`. Default: the
+    ball's."""
     circle_fit: str | None = None
     """Of eyes paper: kasa (regularised least squares, the default), pratt, taubin or geometric."""
     diameter: str | None = None

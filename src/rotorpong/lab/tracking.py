@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from rotorpong.physics.camera import Camera
+from rotorpong.vision.colour import ORANGE, Colour
 from rotorpong.vision.flight_filter import (
     ARDRONE2_ATTITUDE,
     HUMAN_PRIOR,
@@ -42,18 +43,16 @@ ODOMETRIES: Mapping[str, OdometryQuality] = {
 thrust was seen to swing by 2 to 3 m/s^2 at 50 Hz, which 200 Hz hardly resolve."""
 
 
-def tracker_eyes(camera: Camera, vehicle: str, serves: str, colour: str = "orange") -> TrackerEyes:
+def tracker_eyes(camera: Camera, vehicle: str, serves: str, colour: Colour = ORANGE) -> TrackerEyes:
     """Return fresh eyes for one serve.
 
     Args:
         camera: what they take the drone's camera for.
         vehicle: name of the drone; of one that is not known, a good gyro is believed.
         serves: kind of serve, or a file.
-        colour: of the ball, by name.
+        colour: of the ball.
     """
     attitude = ATTITUDES.get(vehicle, ARDRONE2_ATTITUDE)
     odometry = ODOMETRIES.get(vehicle, OdometryQuality())
     prior = replace(PRIORS.get(serves, MEASURED_PRIOR), attitude=attitude)
-    return TrackerEyes(
-        camera, home=HOME_BODY, prior=prior, odometry=odometry, colours=(colour,)
-    )
+    return TrackerEyes(camera, home=HOME_BODY, prior=prior, odometry=odometry, colours=(colour,))

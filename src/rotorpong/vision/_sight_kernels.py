@@ -22,8 +22,8 @@ def sight_of_disc(lens, measured, covariance, seen, noise):
         noise: (3, 3), written.
     """
     place, spread = np.empty((1, 3)), np.empty((1, 3, 3))
-    disc, spreads = measured.reshape(1, 3), covariance.reshape(1, 3, 3)
-    if positions_of(lens, disc, spreads, BALL_RADIUS, place, spread) != FOUND:
+    seen_disc, spreads = measured.reshape(1, 3), covariance.reshape(1, 3, 3)
+    if positions_of(lens, seen_disc, spreads, BALL_RADIUS, place, spread) != FOUND:
         return False
     x, y, z = place[0, 0], place[0, 1], place[0, 2]
     squared = x * x + y * y + z * z

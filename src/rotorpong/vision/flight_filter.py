@@ -280,7 +280,7 @@ def begin(known: Belief, sights: Sequence[Sight | Point], prior: Prior) -> Belie
 
 
 def begun(
-    known: Belief, sights: Sequence[Sight], prior: Prior
+    known: Belief, sights: Sequence[Sight | Point], prior: Prior
 ) -> tuple[Belief, Float[ndarray, "n"]]:
     """Return what `begin` returns, and the NIS of each sight; inf if no flight explains them.
 
