@@ -3,5 +3,7 @@
 from rotorpong.learning.bayesian import BayesianLinearRegression
 from rotorpong.learning.crkr import CrKR
 from rotorpong.learning.mixture import Mixture
+from rotorpong.learning.nystroem import NystroemCrKR
+from rotorpong.learning.tuning import Tuned, tune
 
-__all__ = ["BayesianLinearRegression", "CrKR", "Mixture"]
+__all__ = ["BayesianLinearRegression", "CrKR", "Mixture", "NystroemCrKR", "Tuned", "tune"]
