@@ -2,8 +2,16 @@
 
 from rotorpong.learning.bayesian import BayesianLinearRegression
 from rotorpong.learning.crkr import CrKR
-from rotorpong.learning.mixture import Mixture
+from rotorpong.learning.mixture import Mixture, Selection
 from rotorpong.learning.nystroem import NystroemCrKR
 from rotorpong.learning.tuning import Tuned, tune
 
-__all__ = ["BayesianLinearRegression", "CrKR", "Mixture", "NystroemCrKR", "Tuned", "tune"]
+__all__ = [
+    "BayesianLinearRegression",
+    "CrKR",
+    "Mixture",
+    "NystroemCrKR",
+    "Selection",
+    "Tuned",
+    "tune",
+]
