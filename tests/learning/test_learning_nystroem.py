@@ -149,7 +149,6 @@ def test_scikit_learn_takes_it_for_a_regressor_that_can_be_cloned():
     "check",
     [
         "check_regressors_train",
-        "check_regressor_data_not_an_array",
         "check_estimators_dtypes",
         "check_estimators_pickle",
         "check_regressors_int",

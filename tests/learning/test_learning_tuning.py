@@ -60,6 +60,7 @@ def test_the_gradient_is_what_finite_differences_say(seed, point, scaled):
     np.testing.assert_allclose(found.gradient, slopes, rtol=1e-5, atol=1e-5)
 
 
+@pytest.mark.filterwarnings("ignore:The optimal value")
 def test_the_optimum_is_no_worse_than_scikit_learn_s():
     y = LABELS[:, 0]
     bounds = np.outer(INPUTS.std(axis=0), SCALE_BOUNDS)

@@ -4,6 +4,7 @@ from rotorpong.learning.bayesian import BayesianLinearRegression
 from rotorpong.learning.crkr import CrKR
 from rotorpong.learning.mixture import Mixture, Selection
 from rotorpong.learning.nystroem import NystroemCrKR
+from rotorpong.learning.self_tuning import SelfTuningCrKR
 from rotorpong.learning.tuning import Tuned, tune
 
 __all__ = [
@@ -12,6 +13,7 @@ __all__ = [
     "Mixture",
     "NystroemCrKR",
     "Selection",
+    "SelfTuningCrKR",
     "Tuned",
     "tune",
 ]

@@ -106,11 +106,7 @@ class CrKR(KernelRegressor):
         if not self.__sklearn_is_fitted__():
             return self.fit(X, y, cost)
         samples, labels, costs = checked_samples(X, y, cost)
-        self._require_features(samples)
-        if labels.shape[1:] != self.y_.shape[1:]:
-            raise InputError(
-                f"y of shape {labels.shape}: expected rows of shape {self.y_.shape[1:]}, as before"
-            )
+        self.require_alike(samples, labels)
         old = len(self.X_)
         self.X_ = np.concatenate([self.X_, samples])
         self.y_ = np.concatenate([self.y_, labels])
@@ -119,6 +115,14 @@ class CrKR(KernelRegressor):
             self._refit()
         self._solve_back()
         return self
+
+    def require_alike(self, samples: Float[ndarray, "n m"], labels: ndarray) -> None:
+        """Raise InputError unless samples and labels have the shapes of those of the last `fit`."""
+        self._require_features(samples)
+        if labels.shape[1:] != self.y_.shape[1:]:
+            raise InputError(
+                f"y of shape {labels.shape}: expected rows of shape {self.y_.shape[1:]}, as before"
+            )
 
     def predict(self, X: ArrayLike, return_std: bool = False) -> Any:  # noqa: FBT001
         """Return the labels expected at X, (n,) or (n, outputs).

@@ -16,13 +16,13 @@ mean. From few samples of many inputs the maximum fits the noise: compare `CrKR.
 # ruff: noqa: N803  (X is scikit-learn's name)
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 from numpy.typing import ArrayLike
-from scipy.linalg import cho_solve
-from scipy.linalg.lapack import dpotri
+from scipy.linalg import cho_solve, get_lapack_funcs
 from scipy.optimize import minimize
 
 from rotorpong.conventions import InputError
@@ -40,6 +40,7 @@ SCALE_BOUNDS = (1e-2, 1e3)  # of length scales, in standard deviations of the in
 NOISE_BOUNDS = (1e-8, 1e2)  # of lambda times the median cost
 COARSE = 200  # samples on which the starts are compared
 COARSE_STEPS, FINE_STEPS = 100, 60  # of L-BFGS-B
+_INVERT_FACTORISED: Any = get_lapack_funcs("potri", dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,7 +169,7 @@ class Evidence:
 
 def _inverse(factor: Float[ndarray, "n n"]) -> Float[ndarray, "n n"]:
     """Return (L L^T)^-1."""
-    lower = np.tril(dpotri(factor, lower=1)[0])
+    lower = np.tril(_INVERT_FACTORISED(factor, lower=1)[0])
     return lower + np.tril(lower, -1).T
 
 

@@ -16,9 +16,10 @@ from rotorpong.lab.bench.rows import Row
 
 REACH_BALLS = 100  # of each kind on each vehicle; reach_rows.rows(balls=...) takes more
 
-Suite = Literal["world", "eyes"]
-BELONGS: Mapping[str, Suite] = {  # what can be ordered of one suite only
-    **dict.fromkeys(("peers", "flights", "events", "out"), "world"),
+Suite = Literal["world", "eyes", "learning"]
+BELONGS: Mapping[str, tuple[Suite, ...]] = {  # what can be ordered of some suites only
+    **dict.fromkeys(("flights", "events", "out"), ("world",)),
+    "peers": ("world", "learning"),
 }
 
 Advance = Callable[[str, int, int], None]  # what, done, of how many
@@ -52,15 +53,16 @@ class Order:
         if self.events is not None:
             _module("real_events").require(self.events)
         if self.peers:
-            _module("peers").require()
+            _module("peers").require(suite=self.suite)
         if self.out is not None:
             prepare_folder(self.out)
         return self
 
     def _check_suite(self) -> None:
-        for name, suite in BELONGS.items():
-            if getattr(self, name) and self.suite != suite:
-                raise InputError(f"--{name} with bench {self.suite}: belongs to bench {suite}")
+        for name, suites in BELONGS.items():
+            if getattr(self, name) and self.suite not in suites:
+                known = " or ".join(suites)
+                raise InputError(f"--{name} with bench {self.suite}: belongs to bench {known}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +121,16 @@ EYES = (
     Section("tracking", lambda order, tell: _module("tracking_rows").rows(quick=order.quick)),
     Section("predicting", lambda order, tell: _module("prediction_rows").rows(quick=order.quick)),
 )
-SUITES: Mapping[Suite, tuple[Section, ...]] = {"world": WORLD, "eyes": EYES}
+LEARNING = (
+    Section("learning", lambda order, tell: _module("learning_rows").rows(quick=order.quick)),
+    Section("selecting", lambda order, tell: _module("selection_rows").rows(quick=order.quick)),
+    Section(
+        "peers",
+        lambda order, tell: _module("peers").rows(quick=order.quick, suite="learning"),
+        lambda order: order.peers,
+    ),
+)
+SUITES: Mapping[Suite, tuple[Section, ...]] = {"world": WORLD, "eyes": EYES, "learning": LEARNING}
 
 
 def measure(order: Order, advance: Advance) -> tuple[Row, ...]:
