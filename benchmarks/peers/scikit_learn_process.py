@@ -1,7 +1,7 @@
 """scikit-learn: the Gaussian process that CrKR is the mean of, with our noise lambda c.
 
 `GaussianProcessRegressor(RBF, alpha=lambda c)` knows no partial_fit: one sample more is one fit
-more. Its search of length scales is its own, from the same noise, by the same likelihood.
+more. It searches length scales within the same bounds, by the same likelihood, its own way.
 """
 
 import warnings
@@ -13,6 +13,7 @@ from rotorpong.lab.bench.learning_rows import some_samples, throws
 from rotorpong.lab.bench.rows import Row
 from rotorpong.lab.bench.timing import cpu_seconds
 from rotorpong.learning import CrKR, tune
+from rotorpong.learning.tuning import NOISE_BOUNDS, SCALE_BOUNDS
 
 SUITE = "learning"
 NAME = "scikit-learn, GaussianProcessRegressor"
@@ -59,11 +60,10 @@ def _tuning_rows(n: int) -> list[Row]:
     from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 
     samples, labels = throws(n, seed=0)
-    samples, y = samples, labels[:, 0] - labels[:, 0].mean()
-    rng = np.random.default_rng(0)
-    y = y + 0.02 * rng.standard_normal(n)
+    y = labels[:, 0] - labels[:, 0].mean() + 0.02 * np.random.default_rng(0).standard_normal(n)
+    bounds = np.outer(samples.std(axis=0), SCALE_BOUNDS)
     kernel = ConstantKernel(1.0, (1e-6, 1e6)) * (
-        RBF(np.ones(6), (1e-2, 1e3)) + WhiteKernel(0.1, (1e-8, 1e2))
+        RBF(np.ones(6), bounds) + WhiteKernel(0.1, NOISE_BOUNDS)
     )
     theirs = GaussianProcessRegressor(kernel, n_restarts_optimizer=3, random_state=0)
     seconds = cpu_seconds(partial(tune, samples, y), quick=True)

@@ -8,7 +8,7 @@ from rotorpong.conventions import InputError
 from rotorpong.drone import HOVER, Player, VelocityCommand, Verdict
 from rotorpong.experience import Attempt
 from rotorpong.learning import Selection
-from rotorpong.play.lessons import Lesson
+from rotorpong.play.lessons import Lesson, reward_of
 from rotorpong.play.odometer import Path
 from rotorpong.play.paper import LONGEST, SHORTEST, PaperPlayer, PaperSettings
 from rotorpong.primitives import State
@@ -374,7 +374,7 @@ def test_what_is_recalled_is_what_was_learnt():
         verdict = HIT if seed % 2 else MISS
         attempt = played.attempt(verdict)
         played.learn(verdict)
-        told.recall(verdict.outcome, attempt, 1.0 if seed % 2 else 0.0)
+        told.recall(verdict.outcome, attempt, reward_of(verdict))
     assert served(played).commands == served(told).commands
 
 
