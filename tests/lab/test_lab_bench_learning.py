@@ -44,8 +44,9 @@ def test_what_needs_no_clock_is_met():
 
 
 def test_the_toy_rewards_who_selects():
-    random = selection_rows.hit_rate(selection_rows.Way("even", Selection("temperature", 1e9)), 0)
-    ucb = selection_rows.hit_rate(selection_rows.Way("ucb", Selection("ucb")), 0)
+    even = selection_rows.Way("even", Selection("temperature", 1e9))
+    greatest = selection_rows.Way("ucb", Selection("ucb"))
+    random, ucb = (selection_rows.hits_of(way, 0)[200:].mean() for way in (even, greatest))
     best, chance = selection_rows._known_rates(0)
     assert random == pytest.approx(chance, abs=4 * 0.5 / np.sqrt(100))
     assert random + 0.1 < ucb < best + 4 * 0.5 / np.sqrt(100)

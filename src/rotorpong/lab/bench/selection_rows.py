@@ -13,7 +13,7 @@ would credit all alike for ever.
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from rotorpong.lab.bench.rows import Row
@@ -58,27 +58,26 @@ def rows(*, quick: bool = False) -> tuple[Row, ...]:
         Row("selection toy, any at random", float(chances[1]), "of trials hit"),
     ]
     for way in WAYS:
-        rate = float(np.mean([hit_rate(way, seed) for seed in seeds]))
+        rate = float(np.mean([hits_of(way, seed)[COUNTED:] for seed in seeds]))
         found.append(Row(f"selection toy, {way.name}", rate, "of trials hit"))
     return tuple(found)
 
 
-def hit_rate(way: Way, seed: int) -> float:
-    """Return how many of the trials that count are hits."""
+def hits_of(way: Way, seed: int) -> Bool[ndarray, "n"]:
+    """Return which trials are hits."""
     directions, rng = _toy(seed)
-    mixture, hits = _demonstrated(directions, rng), 0
+    mixture, hits = _demonstrated(directions, rng), np.zeros(TRIALS, bool)
     for trial in range(TRIALS):
         context = rng.standard_normal(CONTEXTS)
         features, chances = np.append(1.0, context), _chances(directions, context)
         weights = mixture.select(features, way.selection, rng)
         if not way.blends:
             weights = np.eye(PRIMITIVES)[rng.choice(PRIMITIVES, p=weights)]
-        hit = bool(rng.random() < weights @ chances)
-        if hit or way.misses:
+        hits[trial] = rng.random() < weights @ chances
+        if hits[trial] or way.misses:
             credit = weights if way.shares else np.ones(PRIMITIVES)
-            mixture = mixture.update(features, float(hit), credit)
-        hits += hit and trial >= COUNTED
-    return hits / (TRIALS - COUNTED)
+            mixture = mixture.update(features, float(hits[trial]), credit)
+    return hits
 
 
 def _known_rates(seed: int) -> tuple[float, float]:
