@@ -34,7 +34,8 @@ def _fit_rows(n: int, *, quick: bool) -> list[Row]:
     from sklearn.gaussian_process.kernels import RBF
 
     samples, labels, costs = some_samples(n + 1)
-    ours = CrKR(2.0, 0.1).fit(samples, labels, costs)
+    ours = CrKR(2.0, 0.1).fit(samples[:n], labels[:n], costs[:n])
+    ours.partial_fit(samples[n:], labels[n:], costs[n:])
     theirs = GaussianProcessRegressor(RBF(2.0), alpha=0.1 * costs, optimizer=None)
     fresh = some_samples(200, seed=1)[0]
     theirs.fit(samples, labels)

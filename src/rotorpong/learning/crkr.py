@@ -27,13 +27,13 @@ from scipy.linalg import LinAlgError, cholesky, get_lapack_funcs
 from rotorpong.conventions import InputError
 from rotorpong.learning.regressor import KernelRegressor, beside
 from rotorpong.learning.samples import (
+    checked_length_scales,
+    checked_output_scales,
+    checked_regularization,
     checked_samples,
     factorised,
     gaussian_kernel,
-    length_scales,
     noise_of,
-    output_scales,
-    regularization,
 )
 
 SMALLEST_PIVOT = 1e-12  # an appended row with less left than this calls for a new factor
@@ -89,9 +89,9 @@ class CrKR(KernelRegressor):
                 negative cost or a parameter out of range.
         """
         samples, labels, costs = checked_samples(X, y, cost)
-        scales = length_scales(self.length_scales, samples.shape[1])
-        lam = regularization(self.regularization)
-        heights = output_scales(self.output_scales, labels.shape[1:])
+        scales = checked_length_scales(self.length_scales, samples.shape[1])
+        lam = checked_regularization(self.regularization)
+        heights = checked_output_scales(self.output_scales, labels.shape[1:])
         self.n_features_in_ = samples.shape[1]
         self.X_, self.y_, self.cost_ = samples, labels, costs
         self._scales, self._regularization, self._output_scales = scales, lam, heights

@@ -29,12 +29,12 @@ from scipy.linalg import cholesky, get_blas_funcs, get_lapack_funcs
 from rotorpong.conventions import InputError
 from rotorpong.learning.regressor import KernelRegressor, beside
 from rotorpong.learning.samples import (
+    checked_length_scales,
+    checked_output_scales,
+    checked_regularization,
     checked_samples,
     gaussian_kernel,
-    length_scales,
     noise_of,
-    output_scales,
-    regularization,
 )
 
 BLOCK = 1024  # samples learnt at once
@@ -95,9 +95,9 @@ class NystroemCrKR(KernelRegressor):
             InputError: also if `inducing_points` or `novelty` is out of range.
         """
         samples, labels, costs = checked_samples(X, y, cost)
-        scales = length_scales(self.length_scales, samples.shape[1])
-        lam = regularization(self.regularization)
-        heights = output_scales(self.output_scales, labels.shape[1:])
+        scales = checked_length_scales(self.length_scales, samples.shape[1])
+        lam = checked_regularization(self.regularization)
+        heights = checked_output_scales(self.output_scales, labels.shape[1:])
         m = self._room()
         self.n_features_in_ = samples.shape[1]
         self._scales, self._regularization, self._output_scales = scales, lam, heights

@@ -73,7 +73,7 @@ def finite(name: str, values: ArrayLike) -> ndarray:
     return array
 
 
-def length_scales(values: ArrayLike, features: int) -> Float[ndarray, "m"]:
+def checked_length_scales(values: ArrayLike, features: int) -> Float[ndarray, "m"]:
     """Return one length scale per feature."""
     scales = finite("length_scales", values)
     if scales.shape not in ((), (features,)) or not (scales > 0.0).all():
@@ -81,7 +81,7 @@ def length_scales(values: ArrayLike, features: int) -> Float[ndarray, "m"]:
     return np.broadcast_to(scales, (features,))
 
 
-def regularization(value: float) -> float:
+def checked_regularization(value: float) -> float:
     """Return lambda."""
     number = finite("regularization", value)
     if number.shape != () or number < 0.0:
@@ -89,7 +89,7 @@ def regularization(value: float) -> float:
     return float(number)
 
 
-def output_scales(values: ArrayLike, outputs: tuple[int, ...]) -> Float[ndarray, "*k"]:
+def checked_output_scales(values: ArrayLike, outputs: tuple[int, ...]) -> Float[ndarray, "*k"]:
     """Return one scale per output, not negative; `outputs` is () for a vector of labels."""
     scales = finite("output_scales", values)
     if scales.shape not in {(), outputs} or (scales < 0.0).any():
