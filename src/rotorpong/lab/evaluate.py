@@ -150,8 +150,7 @@ def make_player(spec: Spec, knowledge: Knowledge, *, explore: bool = False) -> P
 def remember_hits(player: PaperPlayer, trials: Sequence[Trial]) -> None:
     """Teach `player` what it learnt from these trials when it played them."""
     for trial in trials:
-        if trial.outcome == "hit" and trial.attempt is not None:
-            player.remember(trial.attempt, trial.reward)
+        player.recall(trial.outcome, trial.attempt, trial.reward)
 
 
 def _played(
