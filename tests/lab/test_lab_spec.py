@@ -14,8 +14,8 @@ from rotorpong.lab.spec import Spec, camera_named, own_player, require_count
 from rotorpong.lab.trial import new_drone, stage_of
 from rotorpong.physics.camera import GAZEBO
 from rotorpong.physics.vehicle import TUM_GAZEBO
+from rotorpong.vision.colour import COLOURS, ORANGE, Colour
 from rotorpong.vision.colour_files import colour_text
-from rotorpong.vision.detect import COLOURS, ORANGE, Colour
 from rotorpong.world.looks import BALLS
 from rotorpong.world.render import Scene
 

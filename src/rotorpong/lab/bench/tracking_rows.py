@@ -27,7 +27,7 @@ from rotorpong.lab.bench.rows import Row
 from rotorpong.lab.spec import Spec
 from rotorpong.lab.tracking import tracker_eyes
 from rotorpong.lab.trial import Stage, new_drone, stage_of
-from rotorpong.vision.detect import ORANGE
+from rotorpong.vision.colour import ORANGE
 from rotorpong.vision.measure import fit_circle
 from rotorpong.vision.paper_eyes import PaperEyes
 from rotorpong.vision.tracker import TrackerEyes
