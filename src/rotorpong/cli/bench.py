@@ -33,7 +33,7 @@ class Bench(Common):
     colour: str | None = None
     """To look for in the pictures, as detect takes it; by default orange, and orange,white."""
     out: Path | None = None
-    """Folder for figures of growth with balls, trials, pixels and workers."""
+    """Folder for figures: of growth with balls, trials, pixels and workers; of the eyes' errors."""
     quick: FlagCreatePairsOff[bool] = False
     """Few repetitions, rough numbers, and nothing that takes minutes (render, reach, batch)."""
 

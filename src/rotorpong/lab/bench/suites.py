@@ -19,7 +19,8 @@ REACH_BALLS = 100  # of each kind on each vehicle; reach_rows.rows(balls=...) ta
 Suite = Literal["world", "eyes", "primitives", "learning"]
 BELONGS: Mapping[str, tuple[Suite, ...]] = {  # what can be ordered of some suites only
     "peers": ("world", "primitives", "learning"),
-    **dict.fromkeys(("flights", "events", "out"), ("world",)),
+    **dict.fromkeys(("flights", "events"), ("world",)),
+    "out": ("world", "eyes"),
     **dict.fromkeys(("images", "ball_class", "colour"), ("eyes",)),
 }
 
@@ -35,7 +36,7 @@ class Order:
     peers: bool = False
     flights: Path | None = None  # measured flights, a folder
     events: Path | None = None  # measured events, a file or a folder
-    out: Path | None = None  # folder for figures of growth
+    out: Path | None = None  # folder for figures
     images: Path | None = None  # labelled pictures, a folder
     ball_class: int | None = None  # in their labels
     colour: str | None = None  # to look for in them, as `detect` takes it
@@ -184,7 +185,10 @@ def measure(order: Order, advance: Advance) -> tuple[Row, ...]:
         rows.extend(section.rows(order, advance))
         advance(f"bench: {section.title}", len(chosen), len(chosen))
     if order.out is not None:
-        advance("bench: growth", 0, 1)
-        _module("growth").draw_growth(order.out, quick=order.quick)
-        advance("bench: growth", 1, 1)
+        advance("bench: figures", 0, 1)
+        if order.suite == "world":
+            _module("growth").draw_growth(order.out, quick=order.quick)
+        else:
+            _module("eyes_figures").draw_eyes(order.out, rows)
+        advance("bench: figures", 1, 1)
     return tuple(rows)
