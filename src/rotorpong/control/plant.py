@@ -106,7 +106,8 @@ class Plant:
         return max(axis.dead_time for axis in self.axes)
 
 
-UNKNOWN_PLANT = Plant((Axis(UNKNOWN_LAG),) * 3, np.full(3, np.inf))
+UNKNOWN = Axis(UNKNOWN_LAG)
+UNKNOWN_PLANT = Plant((UNKNOWN, UNKNOWN, UNKNOWN), np.full(3, np.inf))
 
 
 def plant_of(vehicle: Vehicle) -> Plant:

@@ -233,7 +233,8 @@ class PaperPlayer:
     def _course(self, stroke: Stroke, flown: Follower, now: float) -> Course:
         if self._settings.control == "open":
             return stroke.course
-        gone = self._odometer.path(stroke.begin, now).positions[-1]
+        late = now > stroke.begin
+        gone = self._odometer.path(stroke.begin, now).positions[-1] if late else np.zeros(3)
         return stroke.departing(flown.depart(now), gone).course
 
     def _features(
