@@ -17,7 +17,8 @@ class Bench(Common):
     """Taken by every command; what is measured here has seeds of its own."""
     what: Positional[Literal["world", "eyes", "primitives", "control"]]
     """world: the simulator. eyes: how well a ball is measured, followed and predicted. primitives:
-    how fast and how exactly motions are fitted and rolled out. control: how exactly they are flown."""
+    how fast and how exactly motions are fitted and rolled out. control: how exactly they are
+    flown."""
 
     peers: FlagCreatePairsOff[bool] = False
     """Measure peers as well: needs a checkout and the extra bench."""

@@ -4,15 +4,18 @@ For held commands u_m, sent at t_m after a hover, an axis of `plant` has the vel
 
     v(t) = g sum_m (u_m - u_{m-1}) S((t - t_m - D) / tau)
 
-with S the answer to a unit step. Navdata show y = v + b + noise, with a bias b of each serve. Each
-frame's mean of y is one observation of theta = (g, tau, D, b), linearised about what is known:
+with S the answer of G to a unit step at tau = 1. Navdata show y = v + b + noise, with a bias b of
+each serve. Each frame's mean of y is one observation of theta = (g, tau, D, b), linearised about
+what is known:
 
     H = dv/dtheta,  K = P H' / (r + H P H'),  theta += K (y - v),  P -= K H P
 
 recursive least squares (Gauss-Newton, of the error of the output, which unlike a regression on
 measured velocities is not biased by their noise). r is the variance of the mean, plus that of what
-the noise of commands does to the velocity. Where nothing moves, H is zero but for b, and nothing is
-learnt. From serve to serve, knowledge is forgotten: P / forgetting, no more than the prior's.
+the noise of commands does to the velocity, plus that of what a linear model leaves of a transient:
+a tenth of how far the velocity is from what is asked, for tilt and thrust have limits. Where
+nothing moves, H is zero but for b, and nothing is learnt. From serve to serve, knowledge is
+forgotten: P / forgetting, no more than the prior's.
 """
 
 import math
@@ -22,7 +25,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from rotorpong.control.plant import Axis, Plant
+from rotorpong.control.plant import Answer, Axis, Plant
 from rotorpong.conventions import CAMERA_FROM_BODY_AXES, InputError
 from rotorpong.drone import Navdata
 
@@ -31,6 +34,8 @@ DEAD_TIME_SD = 0.02  # s
 BIAS_SD = 0.03  # m/s, at least: what optical flow is off
 FORGETTING = 0.9  # of a serve to the next
 SMALLEST = 0.2  # of prior gain and lag, below which no estimate goes
+PARTING = 1e-5  # of roots that coincide
+NONLINEAR = 0.1  # of a transient
 MOST_OFF = 4.0  # standard deviations: an observation beyond counts as one at
 
 
@@ -109,7 +114,9 @@ class Identification:
         for i, prior in enumerate(plant.axes):
             predicted, slope = expected(prior, self.mean[i], commands[:, [0, 1 + i]], times)
             p_h = covariance[i] @ slope
-            spread = noise + slope @ p_h
+            asked = self.mean[i, 0] * (commands[-1, 1 + i] if len(commands) else 0.0)
+            left = NONLINEAR * (asked + self.mean[i, 3] - predicted)
+            spread = noise + left**2 + slope @ p_h
             off = velocities[:, i].mean() - predicted
             most = MOST_OFF * math.sqrt(spread)
             mean[i] += p_h / spread * min(max(off, -most), most)
@@ -131,7 +138,7 @@ def expected(
     """Return the mean velocity expected at `times`, m/s, and its slope by theta.
 
     Args:
-        shape: axis whose kappa / tau^2 is kept.
+        shape: axis whose answer this is, at its own pace.
         theta: gain, lag (s), dead time (s), bias (m/s).
         commands: time (s) and command (m/s), oldest first; a hover before.
         times: s.
@@ -139,31 +146,31 @@ def expected(
     gain, lag, dead_time, bias = theta.tolist()
     steps = np.diff(commands[:, 1], prepend=0.0)
     since = np.maximum(times[:, None] - commands[:, 0] - dead_time, 0.0)
-    answer, slope = step_answer(lag, shape.bend * (lag / shape.lag) ** 2, since)
+    answer, slope = step_answer(shape.answer_at(lag), since)
     reached, rate = (answer @ steps).mean(), (slope @ steps).mean()
     slower = -((slope * since) @ steps).mean() / lag
     return gain * reached + bias, np.array([reached, gain * slower, -gain * rate, 1.0])
 
 
 def step_answer(
-    lag: float, bend: float, since: Float[ndarray, "n m"]
+    answer: Answer, since: Float[ndarray, "n m"]
 ) -> tuple[Float[ndarray, "n m"], Float[ndarray, "n m"]]:
     """Return the velocity after a unit step, `since` (s) ago, and its rate (1/s).
 
-    S = 1 + (q exp(p t) - p exp(q t)) / (p - q), S' = p q (exp(p t) - exp(q t)) / (p - q), with p, q
-    the roots of kappa s^2 + tau s + 1; S = 1 - exp(-t / tau) without kappa. Roots that coincide
-    are parted by 1e-6 of their size, which changes S by less.
+    With N / D the answer, d the first coefficient of D and p_i its roots,
+
+        S(t) = 1 + sum_i r_i exp(p_i t),   r_i = N(p_i) / (p_i d prod_(j != i) (p_i - p_j))
+
+    Roots that coincide are parted by 1e-5 of their size.
     """
-    if bend == 0.0:
-        left = np.exp(-since / lag)
-        return 1.0 - left, left / lag * (since > 0.0)
-    inner = complex(lag * lag - 4.0 * bend)
-    if abs(inner) < 1e-12 * lag * lag:
-        inner = complex(1e-12 * lag * lag)
-    p, q = (-lag + inner**0.5) / (2.0 * bend), (-lag - inner**0.5) / (2.0 * bend)
-    one, other = np.exp(p * since), np.exp(q * since)
-    answer = 1.0 + (q * one - p * other) / (p - q)
-    return answer.real, (p * q * (one - other) / (p - q)).real
+    numerator, denominator = answer
+    poles = np.roots(denominator).astype(complex)
+    poles *= 1.0 + PARTING * np.arange(len(poles))
+    apart = poles[:, None] - poles
+    np.fill_diagonal(apart, 1.0)
+    shares = np.polyval(numerator, poles) / (poles * denominator[0] * apart.prod(axis=1))
+    parts = shares * np.exp(poles * since[..., None])
+    return 1.0 + parts.sum(axis=-1).real, (parts @ poles).real * (since > 0.0)
 
 
 class Record:

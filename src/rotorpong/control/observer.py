@@ -41,21 +41,20 @@ class Belief:
         n = axis.order
         sd = np.zeros(n + 2)
         sd[1:n] = STILL_SD
-        sd[n:] = plant.command_offset, plant.velocity_bias
-        covariance = np.diag(sd**2)
-        covariance[1, n] = covariance[n, 1] = 0.0
-        return cls(time, np.zeros(n + 2), covariance)
+        sd[n:] = plant.command_offset / axis.gain, plant.velocity_bias
+        return cls(time, np.zeros(n + 2), np.diag(sd**2))
 
     def later(self, axis: Axis, command: float, elapsed: float, white: float) -> "Belief":
-        """Return what is known `elapsed` (s) later, under a command (m/s) with this noise."""
+        """Return what is known `elapsed` (s) later, under a command with this noise (m/s, sd)."""
         n = axis.order
         phi, gamma = axis.transition(elapsed)
         flow = np.eye(n + 2)
         flow[:n, :n], flow[:n, n] = phi, gamma
+        noise = (white / axis.gain) ** 2
         mean = flow @ self.mean
         mean[:n] += gamma * command
         spread = flow @ self.covariance @ flow.T
-        spread[:n, :n] += white**2 * MESSAGE_INTERVAL / elapsed * np.outer(gamma, gamma)
+        spread[:n, :n] += noise * MESSAGE_INTERVAL / elapsed * np.outer(gamma, gamma)
         return Belief(self.time + elapsed, mean, spread)
 
     def seen(self, axis: Axis, velocity: float, noise_sd: float) -> "Belief":

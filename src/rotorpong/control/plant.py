@@ -11,8 +11,9 @@ inverse 1 / G(s) = (v + tau v' + kappa v'' + ...):
 
     tum_gazebo   with H = (D_t s + P_t) / (s^2 + D_t s + P_t), v' (1 + D H) = P H (u - v), so that
                  1/G = 1 + s (1/H + D) / P: tau = (1 + D) / P, kappa = 0, what is left is
-                 s^3 / (P P_t) and less; up has H = 1. State is seen 0..10 ms late: 5 ms on average,
-                 and its rate, over the last 10 ms, too. D = 0.01 s stands for both.
+                 s^3 / (P P_t) and less; up has H = 1. State is seen 5 ms late on average; the kick
+                 that a new command gives makes up for that, D = 0. Learning its constants needs
+                 all of G: `answer`
     ardrone2     its loop: tau = (1 + L drag) / gain, kappa = L / gain, L the tilt's lag; up L = 0
     ardrone2_raw tilt itself: g = pull sin(limit) / drag, tau = L + 1 / drag, kappa = L / drag
 
@@ -30,11 +31,15 @@ from scipy.linalg import expm
 
 from rotorpong.conventions import CAMERA_FROM_BODY_AXES, InputError
 from rotorpong.physics.ardrone2 import ArDrone2
+from rotorpong.physics.cascade import Cascade
 from rotorpong.physics.vehicle import TumGazebo, Vehicle
 
-SAMPLED_LATE = 0.01  # s, tum_gazebo's state; see above
 UNKNOWN_LAG = 0.4  # s
 COMMAND_WHITE = 0.05 / math.sqrt(3.0)  # m/s, sd; tum_gazebo's, and assumed of others
+
+
+Answer = tuple[tuple[float, ...], tuple[float, ...]]
+"""Numerator and denominator in s, highest power first, both 1 at s = 0."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +50,7 @@ class Axis:
     bend: float = 0.0  # s^2, kappa
     gain: float = 1.0
     dead_time: float = 0.0  # s, D
+    answer: Answer | None = None  # G / g without D, where lag and bend are not all of it
 
     def __post_init__(self) -> None:
         """Refuse what cannot be flown.
@@ -65,11 +71,21 @@ class Axis:
 
     def transition(self, elapsed: float) -> tuple[Float[ndarray, "n n"], Float[ndarray, "n"]]:
         """Return Phi, Gamma of x(t + elapsed) = Phi x(t) + Gamma u under a held command (s)."""
-        return _transition(replace(self, dead_time=0.0), round(elapsed, 9))
+        plain = replace(self, dead_time=0.0, answer=None)
+        return _transition(plain, round(elapsed, 9))
 
     def scaled(self, lag: float, gain: float, dead_time: float) -> "Axis":
         """Return an axis of the same shape at another pace: kappa / tau^2 stays."""
-        return Axis(lag, self.bend * (lag / self.lag) ** 2, gain, dead_time)
+        return Axis(lag, self.bend * (lag / self.lag) ** 2, gain, dead_time, self.answer_at(lag))
+
+    def answer_at(self, lag: float) -> Answer:
+        """Return the answer at another pace."""
+        plain = ((1.0,), (self.bend, self.lag, 1.0) if self.bend > 0.0 else (self.lag, 1.0))
+        numerator, denominator = (
+            tuple(c * (lag / self.lag) ** (len(part) - 1 - k) for k, c in enumerate(part))
+            for part in self.answer or plain
+        )
+        return numerator, denominator
 
 
 @lru_cache(maxsize=4096)
@@ -94,8 +110,8 @@ class Plant:
 
     axes: tuple[Axis, Axis, Axis]  # right, down, forward
     limits: Float[ndarray, "3"]  # largest magnitudes of a command, m/s (of raw drones: fractions)
-    command_white: float = COMMAND_WHITE  # m/s, of each message
-    command_offset: float = 0.0  # m/s, constant per serve
+    command_white: float = COMMAND_WHITE  # m/s asked for, of each message
+    command_offset: float = 0.0  # m/s asked for, constant per serve
     velocity_white: float = 0.1  # m/s, of each message of navdata
     velocity_bias: float = 0.0  # m/s, constant per serve
     velocity_delay: float = 0.0  # s, by which the velocity in navdata is older than its stamp
@@ -116,8 +132,9 @@ def plant_of(vehicle: Vehicle) -> Plant:
     white = vehicle.sensor_noise.velocity_white
     if isinstance(vehicle, TumGazebo):
         c = vehicle.constants
-        across = Axis((1.0 + c.horizontal_d) / c.horizontal_p, dead_time=SAMPLED_LATE)
-        up = Axis((1.0 + c.vertical_d) / c.vertical_p, dead_time=SAMPLED_LATE)
+        lag = (1.0 + c.horizontal_d) / c.horizontal_p
+        across = Axis(lag, answer=_cascaded(c))
+        up = Axis((1.0 + c.vertical_d) / c.vertical_p)
         return Plant(
             (across, up, across),
             limits,
@@ -131,6 +148,15 @@ def plant_of(vehicle: Vehicle) -> Plant:
         late = vehicle.constants.velocity_delay
         return Plant((across, up, across), limits, velocity_white=white, velocity_delay=late)
     return replace(UNKNOWN_PLANT, limits=limits, velocity_white=white)
+
+
+def _cascaded(c: Cascade) -> Answer:
+    """Return P H / (s (1 + D H) + P H) with H = (D_t s + P_t) / (s^2 + D_t s + P_t)."""
+    p, d, tilt = c.horizontal_p, c.horizontal_d, np.array([c.tilt_d, c.tilt_p])
+    whole = np.polymul([1.0, 0.0], np.polyadd([1.0, c.tilt_d, c.tilt_p], d * tilt))
+    numerator, denominator = p * tilt, np.polyadd(whole, p * tilt)
+    unit = p * c.tilt_p
+    return tuple((numerator / unit).tolist()), tuple((denominator / unit).tolist())
 
 
 def _looped_axes(drone: ArDrone2) -> tuple[Axis, Axis]:
