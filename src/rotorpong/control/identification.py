@@ -102,7 +102,7 @@ class Identification:
             velocities: m/s, level camera axes.
 
         Raises:
-            InputError: shapes that do not go together, or a number that is not finite.
+            InputError: a number is not finite.
         """
         _require(commands, times, velocities)
         if not len(times):
@@ -195,11 +195,5 @@ class Record:
 
 
 def _require(commands: ndarray, times: ndarray, velocities: ndarray) -> None:
-    shapes = commands.shape, times.shape, velocities.shape
-    count = len(times) if times.ndim == 1 else -1
-    if commands.shape[1:] != (4,) or times.ndim != 1 or velocities.shape != (count, 3):
-        raise InputError(
-            f"commands, times, velocities of shapes {shapes}: expected (m, 4), (n,), (n, 3)"
-        )
     if not all(np.isfinite(numbers).all() for numbers in (commands, times, velocities)):
         raise InputError("commands, times or velocities: expected finite numbers")

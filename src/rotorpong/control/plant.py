@@ -11,9 +11,10 @@ inverse 1 / G(s) = (v + tau v' + kappa v'' + ...):
 
     tum_gazebo   with H = (D_t s + P_t) / (s^2 + D_t s + P_t), v' (1 + D H) = P H (u - v), so that
                  1/G = 1 + s (1/H + D) / P: tau = (1 + D) / P, kappa = 0, what is left is
-                 s^3 / (P P_t) and less; up has H = 1. State is seen 5 ms late on average; the kick
-                 that a new command gives makes up for that, D = 0. Learning its constants needs
-                 all of G: `answer`
+                 s^3 / (P P_t) and less. State is seen 5 ms late on average; the kick that a new
+                 command gives makes up for that, D = 0. Learning its constants needs all of G:
+                 `answer`. Up has H = 1; there D acts on an acceleration 10 ms old, which leaves an
+                 alternation undamped: a single step is up to 0.2 of its size off for a second.
     ardrone2     its loop: tau = (1 + L drag) / gain, kappa = L / gain, L the tilt's lag; up L = 0
     ardrone2_raw tilt itself: g = pull sin(limit) / drag, tau = L + 1 / drag, kappa = L / drag
 
