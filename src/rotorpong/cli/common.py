@@ -44,6 +44,10 @@ class Match(Common):
     diameter: str | None = None
     """Of eyes paper: whole pixels as in the paper (the default), or float."""
 
+    control: str | None = None
+    """How a motion is flown, player paper: open as in the paper (the default), feed-forward, or
+    closed-loop."""
+
     def spec(self, **more: Any) -> Any:
         """Return the checked spec of this match; `more` are fields that not every match has."""
         from rotorpong.lab.eye_settings import EyeSettings
@@ -51,7 +55,8 @@ class Match(Common):
 
         match = (self.player, self.eyes, self.vehicle, self.camera, self.serves, self.seed)
         settings = EyeSettings(self.circle_fit, self.diameter, self.colour)
-        return Spec(*match, ball=self.ball, eye_settings=settings, **more).check()
+        chosen = {"ball": self.ball, "eye_settings": settings, "control": self.control}
+        return Spec(*match, **chosen, **more).check()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,7 +68,12 @@ class Varied(Match):
     of a FILE keep the ball, drag, restitution and friction that were measured with them."""
 
 
-SAID = {"spec.ball": "ball", "spec.eye_settings": "setting of the eyes", "colour": "colour"}
+SAID = {
+    "spec.ball": "ball",
+    "spec.eye_settings": "setting of the eyes",
+    "spec.control": "control",
+    "colour": "colour",
+}
 
 
 def knowledge_of(spec: Any, experience: Path | None) -> Any:

@@ -12,8 +12,10 @@ from typing import Any
 import numpy as np
 
 from rotorpong import __version__
+from rotorpong.control.plant import plant_of
 from rotorpong.drone import Outcome, Player
 from rotorpong.experience import Demonstration, Trial, shipped_demonstrations
+from rotorpong.lab.control_settings import PAPERS_CONTROL, STEERABLE, control_of
 from rotorpong.lab.demonstrate import Progress, lessons_of
 from rotorpong.lab.oracle import Gate, Oracle
 from rotorpong.lab.reachable import is_reachable
@@ -22,7 +24,7 @@ from rotorpong.lab.statistics import rate, wilson_interval
 from rotorpong.lab.trial import Controls, new_drone, play_trial, stage_of
 from rotorpong.lab.workers import in_workers
 from rotorpong.play.hover import Hover
-from rotorpong.play.paper import PaperPlayer
+from rotorpong.play.paper import PaperPlayer, PaperSettings
 
 CHUNK = 10  # trials that a worker takes at once
 
@@ -99,6 +101,7 @@ def header(spec: Spec, balls: int, experience: Path | None = None) -> dict[str, 
         "randomize": spec.randomize,
         "ball": spec.ball,
         "eye_settings": spec.eye_settings.as_json(spec.eyes, spec.ball),
+        **({"control": spec.control or PAPERS_CONTROL} if spec.player in STEERABLE else {}),
         "experience": None if experience is None else str(experience),
         "contents": spec.contents(),
         "version": __version__,
@@ -142,7 +145,11 @@ def summary(
 
 def make_player(spec: Spec, knowledge: Knowledge, *, explore: bool = False) -> PaperPlayer:
     """Return the paper's player with what it knows."""
-    player = PaperPlayer(lessons_of(knowledge.demonstrations, spec), explore=explore)
+    settings = PaperSettings(
+        control=control_of(spec.control), plant=plant_of(spec.setting().vehicle)
+    )
+    lessons = lessons_of(knowledge.demonstrations, spec)
+    player = PaperPlayer(lessons, settings, explore=explore)
     remember_hits(player, knowledge.trials)
     return player
 
