@@ -53,3 +53,10 @@ def test_predictions_get_worse_with_a_wrong_attitude_and_further_ahead():
         errors[tilt] = {a: np.mean([one.ahead[a] for one in good]) for a in prediction_rows.AHEAD}
     assert errors[0.0][0.4] < errors[1.0][0.4] < 0.2
     assert errors[0.0][0.2] < errors[0.0][0.4] * 1.2
+
+
+def test_a_white_ball_before_white_walls_is_followed():
+    stage = stage_of(Spec("hover", ball="white"))
+    for index in range(3):
+        one = tracking_rows._tracked(stage, index)
+        assert np.linalg.norm(one.at_plane[0]) < 0.25

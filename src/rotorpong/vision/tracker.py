@@ -17,7 +17,6 @@ holds, does not fall, so its track ends within a few frames.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from itertools import zip_longest
 from typing import NamedTuple
 
 import numpy as np
@@ -29,7 +28,13 @@ from rotorpong.drone import BallEstimate, Box, Frame, Observation
 from rotorpong.physics.camera import Camera, camera_from_body, row_time
 from rotorpong.vision._flight_filter_kernels import LEVEL, TILT
 from rotorpong.vision.colour import Colour, as_colour
-from rotorpong.vision.detect import Detection, as_picture, detect, find_balls
+from rotorpong.vision.detect import (
+    LARGE_PICTURE_PIXELS,
+    Detection,
+    as_picture,
+    detect,
+    find_balls,
+)
 from rotorpong.vision.flight_filter import (
     HUMAN_PRIOR,
     Belief,
@@ -65,10 +70,12 @@ MOST_TRACKS = 4
 GATE = 16.3  # chi-square of 3 degrees, 99.9 %
 GATE_SDS = 3.1  # of a chi-square of many degrees, about its mean: 99.9 %
 CONFIRMED = 4  # sights after which a track is believed to be a ball
+MOST_DROPPED = 32  # places where no track begins again
+SAME_PLACE, SAME_SIZE = 2.0, 0.15  # of it: radii apart, relative
 MOST_MISSES, MOST_BLIND = 2, 10  # frames in a row, before and after that
 BOX_SIGMAS, BOX_MARGIN_PX = 4.0, 8.0
 LEAST_SCORE = 0.05
-MOST_CANDIDATES = 4  # of a search, measured
+MOST_CANDIDATES = 4  # of a frame, measured
 LAG = 0.005  # s, over which the picture's motion is told
 DOUBT, UNCHECKED = 0.3, 2.0
 """A disc's covariance grows by 1 + 0.3 d^2, d the disagreement of area and edge; 2 where there is
@@ -153,6 +160,7 @@ class TrackerEyes:
         self._axes = camera_from_body(camera)
         self._ground = ground(prior, 0.0)
         self._tracks: list[_Track] = []
+        self._dropped: list[Float[ndarray, "3"]] = []  # seen last of tracks that were no ball's
 
     def see(self, observation: Observation) -> BallEstimate | None:
         """Return the ball in the camera frame at the frame's time, with its covariance.
@@ -170,11 +178,18 @@ class TrackerEyes:
         self._level(self._motion.add(observation.navdata))
         for track in self._tracks:
             self._follow(track, look)
-        self._tracks = [track for track in self._tracks if not track.is_lost]
+        self._drop_lost()
         if self.is_searching:
             self._search(look)
         best = self._best
         return None if best is None or best.missed else self._told(best.belief)
+
+    def _drop_lost(self) -> None:
+        """End tracks that missed too often; what never was a ball starts none there again."""
+        lost = [track for track in self._tracks if track.is_lost]
+        self._dropped += [track.sights[-1].seen for track in lost if not track.is_confirmed]
+        del self._dropped[:-MOST_DROPPED]
+        self._tracks = [track for track in self._tracks if not track.is_lost]
 
     @property
     def _best(self) -> _Track | None:
@@ -257,9 +272,12 @@ class TrackerEyes:
         """Start tracks from what looks like a ball and is no track's yet."""
         frame = look.frame
         whole, motion = (0, 0, frame.width, frame.height), _Motion()
-        room = MOST_TRACKS - len(self._tracks)
-        for sight, colour in self._found(look, whole, motion, self._colours)[:room]:
+        for sight, colour in self._found(look, whole, motion, self._colours):
+            if len(self._tracks) == MOST_TRACKS:
+                break
             if any(self._is_of(track, sight) for track in self._tracks):
+                continue
+            if any(_looks_alike(sight.seen, dropped) for dropped in self._dropped):
                 continue
             start = place(replace(self._ground, time=sight.time), sight)
             belief, _ = update(start, sight)
@@ -310,7 +328,7 @@ class TrackerEyes:
         """Return what may be balls in a box of the frame, best first, and their colours."""
         picture = as_picture(look.frame.region(*box))
         found = []
-        for ball, colour in _candidates(picture, colours):
+        for ball, colour in self._candidates(picture, colours)[:MOST_CANDIDATES]:
             center = ball.x_px + box[0], ball.y_px + box[1]
             guess = self._guess(center, ball.diameter_px, motion, math.inf)
             x0, y0, x1, y1 = region_around(guess, self._camera.width_px, self._camera.height_px)
@@ -323,6 +341,25 @@ class TrackerEyes:
                 if sight is not None:
                     found.append((sight, colour))
         return found
+
+    def _candidates(
+        self, picture: Picture, colours: Sequence[Colour]
+    ) -> list[tuple[Detection, Colour]]:
+        """Return what may be balls, best first, and of which colour.
+
+        A ball without a hue is before walls of its own colour, from which no one threshold tells
+        it. All are tried where balls are large enough for it.
+        """
+        is_large = self._camera.width_px * self._camera.height_px > LARGE_PICTURE_PIXELS
+        found = [
+            (ball, colour)
+            for colour in colours
+            for ball in (detect if is_large and not colour.has_hue else find_balls)(
+                picture, [colour]
+            )
+            if ball.score >= LEAST_SCORE
+        ]
+        return sorted(found, key=lambda one: -one[0].score)
 
     def _guess(
         self, center: tuple[float, float], diameter: float, motion: _Motion, sd: float
@@ -413,19 +450,10 @@ class TrackerEyes:
         return BallEstimate(belief.time, rotation @ apart, rotation @ closing, covariance)
 
 
-def _candidates(picture: Picture, colours: Sequence[Colour]) -> list[tuple[Detection, Colour]]:
-    """Return what may be balls, the best of each search first, and of which colour.
-
-    A ball without a hue is before walls of its own colour, from which no one threshold tells it:
-    all are tried as well, which finds large ones.
-    """
-    rankings = [
-        [(ball, colour) for ball in search(picture, [colour]) if ball.score >= LEAST_SCORE]
-        for colour in colours
-        for search in ((find_balls,) if colour.has_hue else (find_balls, detect))
-    ]
-    best = [ranking[:MOST_CANDIDATES] for ranking in rankings]
-    return [one for rank in zip_longest(*best) for one in rank if one is not None]
+def _looks_alike(one: Float[ndarray, "3"], other: Float[ndarray, "3"]) -> bool:
+    """Tell whether two things seen are in one place and of one size: a ball that comes grows."""
+    apart = math.hypot(one[0] - other[0], one[1] - other[1])
+    return apart < SAME_PLACE * other[2] and abs(one[2] - other[2]) < SAME_SIZE * other[2]
 
 
 def _cross(vector: Vector3) -> Rotation:

@@ -80,7 +80,9 @@ def rows(*, quick: bool = False) -> tuple[Row, ...]:
 def _tracked(stage: Stage, index: int) -> Watched:
     """Watch a serve; where the ball passed the blade plane is known at its end."""
     drone = new_drone(stage, index)
-    eyes = tracker_eyes(drone.camera, stage.spec.vehicle_name, stage.spec.serves)
+    eyes = tracker_eyes(
+        drone.camera, stage.spec.vehicle_name, stage.spec.serves, stage.spec.colour()
+    )
     error, nees, crossing, begin = None, np.nan, None, 0.0
     sds = np.full(6, np.nan)
     levels: list[float] = []  # of the track that lasted longest
@@ -194,7 +196,9 @@ def _speed(
         for seen in _frames(stage, index):
             if eyes is None:
                 lens = stage.setting.camera
-                eyes = tracker_eyes(lens, stage.spec.vehicle_name, stage.spec.serves)
+                eyes = tracker_eyes(
+                    lens, stage.spec.vehicle_name, stage.spec.serves, stage.spec.colour()
+                )
             searching = eyes.is_searching
             start = time.process_time()
             eyes.see(seen)
