@@ -24,8 +24,8 @@ from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec
 from rotorpong.lab.train import MOST_BALLS_PER_HIT, knowledge_of, run_of, train
 from rotorpong.physics.camera import GAZEBO
+from rotorpong.vision.colour import WHITE
 from rotorpong.vision.colour_files import colour_text
-from rotorpong.vision.detect import WHITE
 
 SPEC = Spec(eyes="truth", seed=4)
 HITS = 2

@@ -15,9 +15,10 @@ class Bench(Common):
 
     seed: int = 0
     """Taken by every command; what is measured here has seeds of its own."""
-    what: Positional[Literal["world", "eyes", "primitives"]]
+    what: Positional[Literal["world", "eyes", "primitives", "players"]]
     """world: the simulator. eyes: how well a ball is measured, followed and predicted. primitives:
-    how fast and how exactly motions are fitted and rolled out."""
+    how fast and how exactly motions are fitted and rolled out. players: who hits how many of the same
+    balls, and how that grows with learning (ten minutes with two cores)."""
 
     peers: FlagCreatePairsOff[bool] = False
     """Measure peers as well: needs a checkout and the extra bench."""
@@ -32,7 +33,9 @@ class Bench(Common):
     colour: str | None = None
     """To look for in the pictures, as detect takes it; by default orange, and orange,white."""
     out: Path | None = None
-    """Folder for figures of growth with balls, trials, pixels and workers."""
+    """Folder for figures: growth with balls, trials, pixels and workers; players: learning curves."""
+    player: str | None = None
+    """Your own as FILE.py:CLASS, to play against ours."""
     quick: FlagCreatePairsOff[bool] = False
     """Few repetitions, rough numbers, and nothing that takes minutes (render, reach, batch)."""
 
@@ -52,6 +55,7 @@ class Bench(Common):
             self.images,
             self.ball_class,
             self.colour,
+            self.player,
         ).check()
         if not is_single_thread():
             say("numeric libraries run as many threads as they like: OMP_NUM_THREADS etc. unset")

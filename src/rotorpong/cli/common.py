@@ -25,7 +25,7 @@ class Match(Common):
     """Who plays against what."""
 
     player: str = "paper"
-    """hover, paper, oracle, or your own as FILE.py:CLASS."""
+    """hover, nearest, single, paper, bandit, oracle, or your own as FILE.py:CLASS."""
     eyes: str = "paper"
     """truth, paper or tracker."""
     vehicle: str = "tum_gazebo"
@@ -44,14 +44,20 @@ class Match(Common):
     diameter: str | None = None
     """Of eyes paper: whole pixels as in the paper (the default), or float."""
 
+    labels: str | None = None
+    """Of player paper or single, what hitting points are learnt from: commanded (where it meant to
+    be, the default) or achieved (where it was, as in the paper)."""
+
     def spec(self, **more: Any) -> Any:
         """Return the checked spec of this match; `more` are fields that not every match has."""
         from rotorpong.lab.eye_settings import EyeSettings
+        from rotorpong.lab.player_settings import PlayerSettings
         from rotorpong.lab.spec import Spec
 
         match = (self.player, self.eyes, self.vehicle, self.camera, self.serves, self.seed)
-        settings = EyeSettings(self.circle_fit, self.diameter, self.colour)
-        return Spec(*match, ball=self.ball, eye_settings=settings, **more).check()
+        more["eye_settings"] = EyeSettings(self.circle_fit, self.diameter, self.colour)
+        more["player_settings"] = PlayerSettings(self.labels)
+        return Spec(*match, ball=self.ball, **more).check()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,7 +69,11 @@ class Varied(Match):
     of a FILE keep the ball, drag, restitution and friction that were measured with them."""
 
 
-SAID = {"spec.ball": "ball", "spec.eye_settings": "setting of the eyes", "colour": "colour"}
+SAID = {
+    "spec.ball": "ball",
+    "spec.eye_settings": "setting of the eyes",
+    "colour": "colour",
+}
 
 
 def knowledge_of(spec: Any, experience: Path | None) -> Any:
@@ -71,10 +81,12 @@ def knowledge_of(spec: Any, experience: Path | None) -> Any:
     if experience is None:
         return None
     from rotorpong.lab import train
+    from rotorpong.lab.spec import LEARNERS
 
     run, knowledge = train.knowledge_of(experience)
     ours = train.run_of(spec)
-    for what in ("eyes", "camera", "vehicle", "serves"):
+    whose = ("player",) if spec.player in LEARNERS else ()
+    for what in (*whose, "eyes", "camera", "vehicle", "serves"):
         then, now = getattr(run, what), getattr(ours, what)
         if run.identity()[what] != ours.identity()[what]:
             contents = f"{what} {then}, not {now}" if then != now else f"another {what} {now}"

@@ -15,6 +15,7 @@ from rotorpong import __version__
 from rotorpong.drone import Outcome, Player
 from rotorpong.experience import Demonstration, Trial, shipped_demonstrations
 from rotorpong.lab.demonstrate import Progress, lessons_of
+from rotorpong.lab.learners import Learner, learner_of
 from rotorpong.lab.oracle import Gate, Oracle
 from rotorpong.lab.reachable import is_reachable
 from rotorpong.lab.spec import Spec, own_player
@@ -22,7 +23,7 @@ from rotorpong.lab.statistics import rate, wilson_interval
 from rotorpong.lab.trial import Controls, new_drone, play_trial, stage_of
 from rotorpong.lab.workers import in_workers
 from rotorpong.play.hover import Hover
-from rotorpong.play.paper import PaperPlayer
+from rotorpong.play.nearest import NearestPlayer
 
 CHUNK = 10  # trials that a worker takes at once
 
@@ -99,6 +100,7 @@ def header(spec: Spec, balls: int, experience: Path | None = None) -> dict[str, 
         "randomize": spec.randomize,
         "ball": spec.ball,
         "eye_settings": spec.eye_settings.as_json(spec.eyes, spec.ball),
+        "player_settings": spec.player_settings.as_json(spec.player),
         "experience": None if experience is None else str(experience),
         "contents": spec.contents(),
         "version": __version__,
@@ -140,18 +142,17 @@ def summary(
     }
 
 
-def make_player(spec: Spec, knowledge: Knowledge, *, explore: bool = False) -> PaperPlayer:
-    """Return the paper's player with what it knows."""
-    player = PaperPlayer(lessons_of(knowledge.demonstrations, spec), explore=explore)
-    remember_hits(player, knowledge.trials)
+def make_player(spec: Spec, knowledge: Knowledge, *, explore: bool = False) -> Learner:
+    """Return the spec's player, one that learns, with what it knows."""
+    player = learner_of(spec, lessons_of(knowledge.demonstrations, spec), explore=explore)
+    remember(player, knowledge.trials)
     return player
 
 
-def remember_hits(player: PaperPlayer, trials: Sequence[Trial]) -> None:
+def remember(player: Learner, trials: Sequence[Trial]) -> None:
     """Teach `player` what it learnt from these trials when it played them."""
     for trial in trials:
-        if trial.outcome == "hit" and trial.attempt is not None:
-            player.remember(trial.attempt, trial.reward)
+        player.recall(trial.outcome, trial.attempt, trial.reward)
 
 
 def _played(
@@ -214,4 +215,6 @@ def player_of(spec: Spec, knowledge: Knowledge) -> Player:
     """Return the spec's player, one of ours, with what it knows."""
     if spec.player == "oracle":
         return Oracle()
+    if spec.player == "nearest":
+        return NearestPlayer(lessons_of(knowledge.demonstrations, spec))
     return Hover() if spec.player == "hover" else make_player(spec, knowledge)

@@ -22,12 +22,12 @@ from rotorpong.experience import (
 )
 from rotorpong.experience.truth import TruthRow, record
 from rotorpong.lab.demonstrate import PILOT, Progress
-from rotorpong.lab.evaluate import Knowledge, make_player, remember_hits
+from rotorpong.lab.evaluate import Knowledge, make_player, remember
+from rotorpong.lab.learners import Learner
 from rotorpong.lab.spec import LEARNERS, Spec
 from rotorpong.lab.statistics import rate
 from rotorpong.lab.trial import Played, Stage, play_trial, stage_of
 from rotorpong.play.lessons import reward_of
-from rotorpong.play.paper import PaperPlayer
 
 MOST_BALLS_PER_HIT = 20
 
@@ -108,6 +108,7 @@ def _unusual(spec: Spec) -> dict[str, Any]:
         "randomize": spec.randomize,
         "ball": "" if spec.ball == "orange" else spec.ball,
         "eye_settings": spec.eye_settings.unusual(spec.eyes, spec.ball),
+        "player_settings": spec.player_settings.unusual(spec.player),
         "contents": spec.contents(),
     }
     return {what: value for what, value in found.items() if value}
@@ -131,10 +132,10 @@ def _opened(
 
 
 def _train(
-    stage: Stage, player: PaperPlayer, hits: int, store: Store, progress: Progress | None
+    stage: Stage, player: Learner, hits: int, store: Store, progress: Progress | None
 ) -> Trained:
     trials = store.trials()
-    remember_hits(player, trials)
+    remember(player, trials)
     index, won = len(trials), sum(trial.outcome == "hit" for trial in trials)
     while won < hits and index < MOST_BALLS_PER_HIT * hits:
         played = play_trial(stage, index, player)
@@ -146,7 +147,7 @@ def _train(
     return Trained(index, won)
 
 
-def _trial(played: Played, player: PaperPlayer) -> Trial:
+def _trial(played: Played, player: Learner) -> Trial:
     verdict = played.verdict
     return Trial(
         played.index,

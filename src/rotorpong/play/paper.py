@@ -15,7 +15,7 @@ for the V_k too, while CrKR takes it with its mean removed. What delta is learnt
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -25,7 +25,7 @@ from numpy import ndarray
 
 from rotorpong.control import held_velocity
 from rotorpong.conventions import InputError
-from rotorpong.drone import HOVER, BallEstimate, Drone, Eyes, VelocityCommand, Verdict
+from rotorpong.drone import HOVER, BallEstimate, Drone, Eyes, Outcome, VelocityCommand, Verdict
 from rotorpong.experience import Attempt
 from rotorpong.learning import CrKR, Mixture
 from rotorpong.play.lessons import Lesson, cost_of, hitting_point, reward_of
@@ -36,6 +36,8 @@ SHORTEST, LONGEST = 0.2, 1.5  # s: durations that a motion is given
 DEFAULT_INTERVAL = 1.0 / 30.0  # s, between commands as long as only one frame was seen
 SMALLEST_SD = 1e-3  # of a standardised quantity that hardly varies in the demonstrations
 
+Labels = Literal["commanded", "achieved"]
+
 
 @dataclass(frozen=True, slots=True)
 class PaperSettings:
@@ -43,7 +45,7 @@ class PaperSettings:
 
     plane_distance: float = 2.5  # m
     trigger: Literal["plane", "distance"] = "plane"
-    labels: Literal["commanded", "achieved"] = "commanded"
+    labels: Labels = "commanded"
     exploration_sd: float = 0.10  # m, each axis of the hitting point's position, in training
     length_scale: float = 3.0  # of CrKR, in standard deviations of the demonstrations
     regularization: float = 0.1  # lambda of Eq. (6)
@@ -75,6 +77,15 @@ class Stroke:
         goal = State(self.goal[:3], self.goal[3:6])
         motion = self.dmp.roll_out(self.start, goal, duration, np.array([begin, end]))
         return held_velocity(motion.position[0], motion.position[1], end - begin)
+
+
+Choice = Callable[[BallEstimate, Float[ndarray, "3"]], Stroke]
+"""From the ball at the trigger and the body's velocity (level camera axes, m/s) to a stroke."""
+
+
+def ball_of(estimate: BallEstimate) -> Float[ndarray, "6"]:
+    """Return s: position (m) and velocity (m/s) of an estimated ball, camera frame."""
+    return np.concatenate([estimate.position, estimate.velocity])
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,6 +140,12 @@ class PaperPlayer:
 
     def play(self, drone: Drone, eyes: Eyes, rng: np.random.Generator) -> None:
         """Play one serve."""
+        self.strike(
+            drone, eyes, lambda seen, velocity: self.stroke(seen, self.aim(seen, rng), velocity)
+        )
+
+    def strike(self, drone: Drone, eyes: Eyes, choose: Choice) -> None:
+        """Play one serve with the stroke that `choose` returns for the ball at the trigger."""
         self._stroke, self._odometer = None, Odometer()
         interval, before = DEFAULT_INTERVAL, math.nan
         while (observation := drone.observe()) is not None:
@@ -137,15 +154,18 @@ class PaperPlayer:
             interval = interval if math.isnan(before) else now - before
             before = now
             if self._stroke is None:
-                self._stroke = self._stroke_at(eyes.see(observation), rng)
+                self._stroke = self._begun(eyes.see(observation), choose)
             stroke = self._stroke
             drone.command(HOVER if stroke is None else stroke.command(now, interval))
 
     def learn(self, verdict: Verdict) -> None:
         """Learn from the serve just played, if it was a hit."""
-        attempt = self.attempt(verdict)
-        if verdict.outcome == "hit" and attempt is not None:
-            self.remember(attempt, reward_of(verdict))
+        self.recall(verdict.outcome, self.attempt(verdict), reward_of(verdict))
+
+    def recall(self, outcome: Outcome, attempt: Attempt | None, reward: float) -> None:
+        """Learn what a serve teaches that was played now or in an earlier run."""
+        if outcome == "hit" and attempt is not None:
+            self.remember(attempt, reward)
 
     def attempt(self, verdict: Verdict) -> Attempt | None:
         """Return what was tried in the serve just played, labelled; `None` if nothing was."""
@@ -175,12 +195,31 @@ class PaperPlayer:
         standard = self._ball_scale.standard(ball)[None]
         return self._crkr.predict(standard)[0] + self._goal_scale.mean
 
+    def aim(self, estimate: BallEstimate, rng: np.random.Generator) -> Float[ndarray, "7"]:
+        """Return the hitting point for the ball at the trigger, varied where this player explores.
+
+        `rng` is left alone where it does not.
+        """
+        goal = self.hitting_point(ball_of(estimate))
+        if self._explore:
+            goal[:3] += rng.normal(0.0, self._settings.exploration_sd, size=3)
+        return goal
+
+    def standardised(self, ball: Float[ndarray, "6"]) -> Float[ndarray, "6"]:
+        """Return a ball in standard deviations of the demonstrated balls from their mean."""
+        return self._ball_scale.standard(ball)
+
     def triggers(self, estimate: BallEstimate) -> bool:
         """Tell whether a ball is so near that the stroke begins."""
         return self._settings.triggers(estimate)
 
     def stroke(
-        self, estimate: BallEstimate, goal: Float[ndarray, "7"], velocity: Float[ndarray, "3"]
+        self,
+        estimate: BallEstimate,
+        goal: Float[ndarray, "7"],
+        velocity: Float[ndarray, "3"],
+        *,
+        weights: Float[ndarray, "k"] | None = None,
     ) -> Stroke:
         """Return the motion that the library mixes for a hitting point.
 
@@ -189,20 +228,19 @@ class PaperPlayer:
             goal: delta: displacement (m) and velocity (m/s) in level camera axes, duration (s),
                 which is kept within what a motion may take.
             velocity: of the body at the trigger, level camera axes, m/s.
+            weights: of the primitives; None: those of the mixture.
         """
-        ball = np.concatenate([estimate.position, estimate.velocity])
+        ball = ball_of(estimate)
         goal = np.append(goal[:6], np.clip(goal[6], SHORTEST, LONGEST))
-        weights = self._mixture.weights(self._features(ball, goal))
+        if weights is None:
+            weights = self._mixture.weights(self._features(ball, goal))
         start = State(np.zeros(3), velocity)
         return Stroke(estimate.time, ball, goal, weights, self.library.mix(weights), start)
 
-    def _stroke_at(self, estimate: BallEstimate | None, rng: np.random.Generator) -> Stroke | None:
+    def _begun(self, estimate: BallEstimate | None, choose: Choice) -> Stroke | None:
         if estimate is None or not self.triggers(estimate):
             return None
-        goal = self.hitting_point(np.concatenate([estimate.position, estimate.velocity]))
-        if self._explore:
-            goal[:3] += rng.normal(0.0, self._settings.exploration_sd, size=3)
-        return self.stroke(estimate, goal, self._odometer.velocity(estimate.time))
+        return choose(estimate, self._odometer.velocity(estimate.time))
 
     def _features(
         self, ball: Float[ndarray, "6"], goal: Float[ndarray, "7"]

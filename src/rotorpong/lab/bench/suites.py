@@ -16,10 +16,12 @@ from rotorpong.lab.bench.rows import Row
 
 REACH_BALLS = 100  # of each kind on each vehicle; reach_rows.rows(balls=...) takes more
 
-Suite = Literal["world", "eyes", "primitives"]
+Suite = Literal["world", "eyes", "primitives", "players"]
 BELONGS: Mapping[str, tuple[Suite, ...]] = {  # what can be ordered of some suites only
     "peers": ("world", "primitives"),
-    **dict.fromkeys(("flights", "events", "out"), ("world",)),
+    **dict.fromkeys(("flights", "events"), ("world",)),
+    "out": ("world", "players"),
+    "player": ("players",),
     **dict.fromkeys(("images", "ball_class", "colour"), ("eyes",)),
 }
 
@@ -35,10 +37,11 @@ class Order:
     peers: bool = False
     flights: Path | None = None  # measured flights, a folder
     events: Path | None = None  # measured events, a file or a folder
-    out: Path | None = None  # folder for figures of growth
+    out: Path | None = None  # folder for figures
     images: Path | None = None  # labelled pictures, a folder
     ball_class: int | None = None  # in their labels
     colour: str | None = None  # to look for in them, as `detect` takes it
+    player: str | None = None  # a user's own, as FILE.py:CLASS
 
     def check(self) -> "Order":
         """Return the order if all that it names can be read and written, before all measuring.
@@ -57,6 +60,8 @@ class Order:
         if self.events is not None:
             _module("real_events").require(self.events)
         self._check_images()
+        if self.player is not None:
+            _module("player_rows").require(self.player)
         if self.peers:
             _module("peers").require(suite=self.suite)
         if self.out is not None:
@@ -153,10 +158,19 @@ PRIMITIVES = (
         lambda order: order.peers,
     ),
 )
+PLAYERS = (
+    Section(
+        "players",
+        lambda order, tell: _module("player_rows").rows(
+            _named(tell, "players"), own=order.player, out=order.out, quick=order.quick
+        ),
+    ),
+)
 SUITES: Mapping[Suite, tuple[Section, ...]] = {
     "world": WORLD,
     "eyes": EYES,
     "primitives": PRIMITIVES,
+    "players": PLAYERS,
 }
 
 
@@ -173,7 +187,7 @@ def measure(order: Order, advance: Advance) -> tuple[Row, ...]:
         advance(f"bench: {section.title}", done, len(chosen))
         rows.extend(section.rows(order, advance))
         advance(f"bench: {section.title}", len(chosen), len(chosen))
-    if order.out is not None:
+    if order.out is not None and order.suite == "world":
         advance("bench: growth", 0, 1)
         _module("growth").draw_growth(order.out, quick=order.quick)
         advance("bench: growth", 1, 1)
