@@ -84,7 +84,7 @@ BAD = {
     "evaluate --seed -1": "seed -1: expected a whole number from 0 to 9223372036854775807",
     "evaluate --seed 99999999999999999999": "seed 99999999999999999999: expected",
     "evaluate --seed zero": "--seed: invalid literal for int()",
-    "evaluate --player nobody": "hover, paper, oracle, or your own as FILE.py:CLASS",
+    "evaluate --player nobody": "hover, nearest, single, paper, bandit, oracle, or your own",
     "evaluate --player gone.py:Own": "no file 'gone.py'; expected FILE.py:CLASS",
     "evaluate --player syntax.py:Own": "SyntaxError",
     "evaluate --player empty:Own": "unknown player 'empty:Own'",

@@ -22,7 +22,7 @@ KEYS = {
     *("hit_rate_interval", "reachable", "hits_of_reachable", "hit_rate_of_reachable"),
     *("near_hits", "returned", "miss_distance_median_m", "trials"),
     *("racket", "blackout", "randomize", "experience", "contents", "version"),
-    *("hit_rate_of_reachable_interval", "ball", "eye_settings"),
+    *("hit_rate_of_reachable_interval", "ball", "eye_settings", "player_settings"),
 }
 TRIAL_KEYS = {"index", "outcome", "reachable", "miss_distance_m", "time_error_s", "landing_x_m"}
 
@@ -85,7 +85,7 @@ def test_the_summary_names_everything_that_was_asked_for():
     spec = replace(spec, blackout=True)
     found = summary(spec, (), header(spec, 0, Path("own.sqlite")))
     settings = spec.eye_settings.as_json(spec.eyes, spec.ball)
-    asked = {**asdict(spec), "eye_settings": settings}
+    asked = {**asdict(spec), "eye_settings": settings, "player_settings": {}}
     assert {key: found[key] for key in asked} == asked
     assert (found["experience"], found["version"]) == ("own.sqlite", __version__)
     assert (summary(spec, ())["experience"], found["contents"]) == (None, {})

@@ -17,8 +17,8 @@ class Bench(Common):
     """Taken by every command; what is measured here has seeds of its own."""
     what: Positional[Literal["world", "eyes", "primitives", "players"]]
     """world: the simulator. eyes: how well a ball is measured, followed and predicted. primitives:
-    how fast and how exactly motions are fitted and rolled out. players: who hits how many of the same
-    balls, and how that grows with learning (ten minutes with two cores)."""
+    how fast and how exactly motions are fitted and rolled out. players: who hits how many of the
+    same balls, and how that grows with learning (ten minutes)."""
 
     peers: FlagCreatePairsOff[bool] = False
     """Measure peers as well: needs a checkout and the extra bench."""
@@ -33,7 +33,7 @@ class Bench(Common):
     colour: str | None = None
     """To look for in the pictures, as detect takes it; by default orange, and orange,white."""
     out: Path | None = None
-    """Folder for figures: growth with balls, trials, pixels and workers; players: learning curves."""
+    """Folder for figures: of growth with balls, trials, pixels and workers, or learning curves."""
     player: str | None = None
     """Your own as FILE.py:CLASS, to play against ours."""
     quick: FlagCreatePairsOff[bool] = False

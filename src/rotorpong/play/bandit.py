@@ -117,4 +117,4 @@ class BanditPlayer:
 
 def hoped(offsets: Float[ndarray, "*n 2"]) -> Float[ndarray, "*n"]:
     """Return m: the reward expected so far (m) from CrKR's answer before any serve."""
-    return HOPE * np.exp(-0.5 * np.sum(offsets**2, axis=-1) / WIDTH**2)
+    return np.asarray(HOPE * np.exp(-0.5 * np.sum(offsets**2, axis=-1) / WIDTH**2))

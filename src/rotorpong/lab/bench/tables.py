@@ -35,5 +35,5 @@ def _cells(row: Row) -> list[str]:
     ratio = "" if row.ratio is None else number(row.ratio)
     value = number(row.value)
     if row.interval is not None:
-        value += " ({} - {})".format(*map(number, row.interval))
+        value += " ({:.3g} - {:.3g})".format(*row.interval)
     return [escape(row.name), value, row.unit, target, met, ratio, row.peer or ""]
