@@ -19,11 +19,11 @@ def attempt(goal, ball=AHEAD):
     return Attempt(ball, goal, np.full(len(LESSONS), 1.0 / len(LESSONS)))
 
 
-def toy(player, pupils, serves, seed):
-    """Serve near BALL; what hits is always FAULTY off what the demonstrations say. Return hits."""
+def toy(player, pupils, serves, *, spread=0.1, seed=3):
+    """Serve balls about AHEAD; what hits is always FAULTY off what the demonstrations say. Return hits."""
     rng, honest, hits = np.random.default_rng(seed), PaperPlayer(LESSONS), 0
     for _ in range(serves):
-        ball = AHEAD + 0.1 * rng.normal(size=6)
+        ball = AHEAD + spread * rng.normal(size=6)
         goal = player.hitting_point(ball)
         off = goal[:2] - honest.hitting_point(ball)[:2] - FAULTY
         is_hit = bool(np.linalg.norm(off) < RADIUS)
@@ -37,11 +37,18 @@ def test_it_is_a_player():
     assert isinstance(BanditPlayer(LESSONS), Player)
 
 
-def test_it_finds_out_what_the_demonstrations_do_not_tell():
+def test_of_balls_that_are_alike_it_soon_hits_nearly_all():
     curious, greedy = BanditPlayer(LESSONS, explore=True), BanditPlayer(LESSONS)
-    assert toy(greedy, (), 40, seed=3) < 10
+    assert toy(greedy, (), 40, spread=0.02) == 0
+    toy(curious, (curious, greedy), 80, spread=0.02, seed=2)
+    assert toy(greedy, (), 40, spread=0.02) > 36
+
+
+def test_of_balls_that_differ_it_hits_more_than_before():
+    curious, greedy = BanditPlayer(LESSONS, explore=True), BanditPlayer(LESSONS)
+    before = toy(greedy, (), 100)
     toy(curious, (curious, greedy), 160, seed=2)
-    assert toy(greedy, (), 40, seed=3) > 30
+    assert toy(greedy, (), 100) > before + 10
 
 
 def test_misses_drive_it_away_from_where_it_missed():
