@@ -25,9 +25,23 @@ def test_settings_that_are_unknown_or_without_effect_are_refused(player, labels,
     assert said in str(refusal.value)
 
 
+@pytest.mark.parametrize("given", [0.0, -1.0, float("nan"), float("inf")])
+@pytest.mark.parametrize("what", ["length_scale", "regularization"])
+def test_numbers_of_crkr_are_positive(what, given):
+    with pytest.raises(InputError) as refusal:
+        Spec("bandit", player_settings=PlayerSettings(**{what: given})).check()
+    assert f"--{what.replace('_', '-')} {given}: expected a positive number" in str(refusal.value)
+
+
 def test_what_is_not_asked_for_is_as_usual():
     assert PlayerSettings().of_paper() == PaperSettings()
     assert PlayerSettings("achieved").of_paper() == PaperSettings(labels="achieved")
+    assert PlayerSettings(None, 6.0, 0.01).of_paper() == PaperSettings(
+        length_scale=6.0, regularization=0.01
+    )
+    told = {"length_scale": 6.0, "regularization": 0.1}
+    assert PlayerSettings(length_scale=6.0).as_json("bandit") == told
+    assert PlayerSettings(length_scale=6.0).unusual("bandit") == {"length_scale": 6.0}
 
 
 def test_a_run_tells_its_settings_only_where_they_are_unusual():

@@ -20,7 +20,7 @@ def attempt(goal, ball=AHEAD):
 
 
 def toy(player, pupils, serves, *, spread=0.1, seed=3):
-    """Serve balls about AHEAD; what hits is always FAULTY off what the demonstrations say. Return hits."""
+    """Serve balls about AHEAD, of which FAULTY off the demonstrations hits; return the hits."""
     rng, honest, hits = np.random.default_rng(seed), PaperPlayer(LESSONS), 0
     for _ in range(serves):
         ball = AHEAD + spread * rng.normal(size=6)

@@ -47,6 +47,11 @@ class Match(Common):
     labels: str | None = None
     """Of player paper or single, what hitting points are learnt from: commanded (where it meant to
     be, the default) or achieved (where it was, as in the paper)."""
+    length_scale: float | None = None
+    """Of players paper, single and bandit: of CrKR's kernel, in standard deviations of the
+    demonstrations; 3 by default."""
+    regularization: float | None = None
+    """Of the same players: lambda of CrKR, the variance of a label in m^2; 0.1 by default."""
 
     def spec(self, **more: Any) -> Any:
         """Return the checked spec of this match; `more` are fields that not every match has."""
@@ -56,7 +61,9 @@ class Match(Common):
 
         match = (self.player, self.eyes, self.vehicle, self.camera, self.serves, self.seed)
         more["eye_settings"] = EyeSettings(self.circle_fit, self.diameter, self.colour)
-        more["player_settings"] = PlayerSettings(self.labels)
+        more["player_settings"] = PlayerSettings(
+            self.labels, self.length_scale, self.regularization
+        )
         return Spec(*match, ball=self.ball, **more).check()
 
 

@@ -1,20 +1,26 @@
 """What can be set about players. What is not asked for is as in `PaperSettings`.
 
-    paper, single    labels
+    paper, single    labels, length scale, regularization
+    bandit           length scale, regularization
 
 What is asked for must have an effect on the player chosen.
 """
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any, get_args
 
 from rotorpong.conventions import InputError
 from rotorpong.lab.choices import require_choice
 from rotorpong.play.paper import Labels, PaperSettings
 
-SETTABLE: Mapping[str, tuple[str, ...]] = {"paper": ("labels",), "single": ("labels",)}
-AVAILABLE: Mapping[str, tuple[str, ...]] = {"labels": get_args(Labels)}
+OF_CRKR = ("length_scale", "regularization")
+SETTABLE: Mapping[str, tuple[str, ...]] = {
+    "paper": ("labels", *OF_CRKR),
+    "single": ("labels", *OF_CRKR),
+    "bandit": OF_CRKR,
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +28,8 @@ class PlayerSettings:
     """What is asked of a player; None: nothing."""
 
     labels: str | None = None  # what hitting points are learnt from
+    length_scale: float | None = None  # of CrKR, in standard deviations of the demonstrations
+    regularization: float | None = None  # lambda of Eq. (6), m^2
 
     def check(self, player: str) -> None:
         """Raise InputError if something is unknown or has no effect on this player."""
@@ -29,10 +37,13 @@ class PlayerSettings:
             having = [name for name, settable in SETTABLE.items() if what in settable]
             if player not in having:
                 raise InputError(
-                    f"--{what} {given} with player {player!r}: has no effect; expected player "
+                    f"{_flag(what)} {given} with player {player!r}: has no effect; expected player "
                     f"{' or '.join(having)}"
                 )
-            require_choice(what, given, AVAILABLE[what])
+            if what in OF_CRKR and not (math.isfinite(given) and given > 0.0):
+                raise InputError(f"{_flag(what)} {given}: expected a positive number")
+        if self.labels is not None:
+            require_choice("labels", self.labels, get_args(Labels))
 
     def of_paper(self) -> PaperSettings:
         """Return these settings, the rest as usual."""
@@ -49,7 +60,11 @@ class PlayerSettings:
         return {what: is_ for what, is_ in self.as_json(player).items() if is_ != usual[what]}
 
     def _given(self) -> dict[str, Any]:
-        return {what: given for what in AVAILABLE if (given := getattr(self, what)) is not None}
+        return {what: given for what, given in asdict(self).items() if given is not None}
 
 
 USUAL = PlayerSettings()
+
+
+def _flag(what: str) -> str:
+    return f"--{what.replace('_', '-')}"
