@@ -32,6 +32,8 @@ PAPERS = "paper, labels commanded"
 GOAL = 30.0  # % that the paper's player is to hit after the last of the hits
 FIGURE = "learning_curves.png"
 ACHIEVED = PlayerSettings(labels="achieved")
+WIDE = PlayerSettings(length_scale=12.0, regularization=0.002)
+"""The kernel reaches over all serves that come, and a label is as noisy as the blade is large."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +81,7 @@ def entrants(own: str | None = None, *, seed: int = 0) -> tuple[Entrant, ...]:
         Entrant("single primitive", Spec("single")),
         Entrant("paper, labels achieved", Spec("paper", player_settings=ACHIEVED)),
         Entrant(PAPERS, Spec("paper")),
+        Entrant("paper, length scale 12, lambda 0.002", Spec("paper", player_settings=WIDE)),
         Entrant("bandit on the hitting point", Spec("bandit")),
         Entrant("oracle, true states", Spec("oracle", eyes="truth")),
     )
