@@ -1,8 +1,9 @@
-"""Run every `rotorpong` command of a page, in its order, in the folder where it is called.
+"""Run every `rotorpong` command and every example of a page, in order, where it is called.
 
 usage: readme.py README.md
 
-Commands are the lines of ```sh blocks that start with `rotorpong`. The first that fails ends it.
+Commands are the lines of ```sh blocks that start with `rotorpong` or `python examples/`. The first
+that fails ends it.
 """
 
 import re
@@ -29,7 +30,8 @@ def commands_of(page: str) -> list[str]:
     """Return the commands of a page without their trailing comments."""
     blocks = re.findall(r"^```sh\n(.*?)^```", page, re.M | re.S)
     lines = [line for block in blocks for line in block.replace("\\\n", " ").splitlines()]
-    return [line.partition("  #")[0].strip() for line in lines if line.startswith("rotorpong")]
+    started = [line for line in lines if line.startswith(("rotorpong", "python examples/"))]
+    return [line.partition("  #")[0].strip() for line in started]
 
 
 if __name__ == "__main__":

@@ -7,14 +7,15 @@ Weighted logistic regression with a ridge. A candidate's target grows from 0 to 
 overlap with a labelled box goes from 0.4 to 0.7, so that of several outlines of a ball the one that
 fits best is believed most. Every ball weighs the same however many outlines it has, and every set
 of pictures the same however many balls. All sets teach both models, whatever the colour of their
-balls: they show what is none. So do drawn shapes of the ball's colour (`drawn_shapes`).
+balls: they show what is none. So do drawn shapes of the ball's colour and drawn faces
+(`drawn_shapes`).
 """
 
 import sys
 from pathlib import Path
 
 import numpy as np
-from drawn_shapes import draw
+from drawn_shapes import draw, draw_head
 from jaxtyping import Float
 from numpy import ndarray
 
@@ -51,7 +52,8 @@ def main(arguments: list[str]) -> None:
 def drawn_samples(colour: Colour) -> Sample:
     """Return the candidates of drawn pictures, which show no ball."""
     rng, none = np.random.default_rng(0), np.empty((0, 4))
-    pictures = [sample(draw(rng, colour), none, colour) for _ in range(DRAWN)]
+    drawn = [draw(rng, colour) for _ in range(DRAWN)] + [draw_head(rng) for _ in range(DRAWN)]
+    pictures = [sample(picture, none, colour) for picture in drawn]
     features, targets, _ = map(np.concatenate, zip(*pictures, strict=True))
     return features, targets, np.full(len(targets), DRAWN_WEIGHT / len(targets))
 

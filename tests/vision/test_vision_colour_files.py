@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rotorpong.conventions import InputError
+from rotorpong.vision.colour import COLOURS
 from rotorpong.vision.colour_files import FIELDS, LARGEST_FILE, colour_text, read_colour
-from rotorpong.vision.detect import COLOURS
 
 GREEN = {
     "name": "green",

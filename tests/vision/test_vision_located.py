@@ -9,7 +9,8 @@ from vision_drawing import ORANGE, WHITE, court, disc_coverage, plain, with_ball
 
 from rotorpong.physics.camera import ARDRONE2_720P, GAZEBO
 from rotorpong.vision.circles import FITS
-from rotorpong.vision.detect import COLOURS, Colour, detect
+from rotorpong.vision.colour import COLOURS, Colour
+from rotorpong.vision.detect import detect
 from rotorpong.vision.located import StillEyes
 from rotorpong.vision.matte import BALL_COLOURS
 from rotorpong.vision.paint import paint_of

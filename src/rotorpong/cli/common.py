@@ -37,8 +37,8 @@ class Match(Common):
     ball: str = "orange"
     """orange or white."""
     colour: str | None = None
-    """What eyes look for: orange, white or, eyes paper, a FILE.json of `calibrate colour`. Default:
-    the ball's."""
+    """What eyes look for: orange, white, or a FILE.json of `calibrate colour`. Default: the
+    ball's."""
     circle_fit: str | None = None
     """Of eyes paper: kasa (regularised least squares, the default), pratt, taubin or geometric."""
     diameter: str | None = None
@@ -52,6 +52,8 @@ class Match(Common):
     demonstrations; 3 by default."""
     regularization: float | None = None
     """Of the same players: lambda of CrKR, the variance of a label in m^2; 0.1 by default."""
+    tune: FlagCreatePairsOff[bool] = False
+    """Of the same players: CrKR finds length scales and lambda itself, by marginal likelihood."""
 
     def spec(self, **more: Any) -> Any:
         """Return the checked spec of this match; `more` are fields that not every match has."""
@@ -62,7 +64,7 @@ class Match(Common):
         match = (self.player, self.eyes, self.vehicle, self.camera, self.serves, self.seed)
         more["eye_settings"] = EyeSettings(self.circle_fit, self.diameter, self.colour)
         more["player_settings"] = PlayerSettings(
-            self.labels, self.length_scale, self.regularization
+            self.labels, self.length_scale, self.regularization, self.tune or None
         )
         return Spec(*match, ball=self.ball, **more).check()
 

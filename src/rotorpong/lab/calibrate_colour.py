@@ -20,9 +20,10 @@ from numpy import ndarray
 from rotorpong.conventions import InputError, Picture
 from rotorpong.files import target_of, write_whole
 from rotorpong.lab.number_rows import finite_number, read_lines
+from rotorpong.vision.colour import Colour
 from rotorpong.vision.colour_files import FIELDS, colour_text, require_name
 from rotorpong.vision.colour_learning import Pixels, learn_colour
-from rotorpong.vision.detect import Colour, detect
+from rotorpong.vision.detect import detect
 from rotorpong.vision.pictures import hush_codecs, read_picture
 
 COLUMNS = ("picture", "x0", "y0", "x1", "y1")

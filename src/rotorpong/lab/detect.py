@@ -19,7 +19,7 @@ from rotorpong.lab.eye_settings import (
     require_effect,
 )
 from rotorpong.lab.spec import camera_named
-from rotorpong.vision.detect import Colour
+from rotorpong.vision.colour import Colour
 from rotorpong.vision.films import CODECS, Film, film
 from rotorpong.vision.located import StillEyes
 from rotorpong.vision.marks import annotate, draw_trails, make_folder, write_annotated

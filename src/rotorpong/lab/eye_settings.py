@@ -1,7 +1,7 @@
 """Which eyes there are, and what can be set about them.
 
     paper      colour, circle fit, diameter
-    tracker    colour, by name
+    tracker    colour
     truth      nothing: they look at no frame
 
 What is not asked for is as the paper has it: Kasa's circle, whole pixels, and the colour of the
@@ -16,8 +16,8 @@ from typing import Any, cast
 from rotorpong.conventions import InputError
 from rotorpong.lab.choices import require_choice
 from rotorpong.vision.circles import FITS, CircleFit
+from rotorpong.vision.colour import COLOURS, Colour
 from rotorpong.vision.colour_files import read_colour
-from rotorpong.vision.detect import COLOURS, Colour
 
 SETTABLE = {
     "truth": (),
@@ -50,11 +50,7 @@ class EyeSettings:
             require_choice("circle fit", self.circle_fit, CIRCLE_FITS)
         if self.diameter is not None:
             require_choice("diameter", self.diameter, DIAMETERS)
-        if self.colour_of(ball) not in COLOURS.values() and eyes == "tracker":
-            raise InputError(
-                f"--colour {self.colour} with eyes 'tracker': expected {' or '.join(COLOURS)}, "
-                "or eyes paper"
-            )
+        self.colour_of(ball)
 
     @property
     def fit(self) -> CircleFit:

@@ -1,7 +1,7 @@
 """What can be set about players. What is not asked for is as in `PaperSettings`.
 
-    paper, single    labels, length scale, regularization
-    bandit           length scale, regularization
+    paper, single    labels, length scale, regularization, tune
+    bandit           length scale, regularization, tune
 
 What is asked for must have an effect on the player chosen.
 """
@@ -16,10 +16,11 @@ from rotorpong.lab.choices import require_choice
 from rotorpong.play.paper import Labels, PaperSettings
 
 OF_CRKR = ("length_scale", "regularization")
+TUNED = (*OF_CRKR, "tune")
 SETTABLE: Mapping[str, tuple[str, ...]] = {
-    "paper": ("labels", *OF_CRKR),
-    "single": ("labels", *OF_CRKR),
-    "bandit": OF_CRKR,
+    "paper": ("labels", *TUNED),
+    "single": ("labels", *TUNED),
+    "bandit": TUNED,
 }
 
 
@@ -30,6 +31,7 @@ class PlayerSettings:
     labels: str | None = None  # what hitting points are learnt from
     length_scale: float | None = None  # of CrKR, in standard deviations of the demonstrations
     regularization: float | None = None  # lambda of Eq. (6), m^2
+    tune: bool | None = None  # both by marginal likelihood
 
     def check(self, player: str) -> None:
         """Raise InputError if something is unknown or has no effect on this player."""
@@ -37,11 +39,11 @@ class PlayerSettings:
             having = [name for name, settable in SETTABLE.items() if what in settable]
             if player not in having:
                 raise InputError(
-                    f"{_flag(what)} {given} with player {player!r}: has no effect; expected player "
+                    f"{_said(what, given)} with player {player!r}: has no effect; expected player "
                     f"{' or '.join(having)}"
                 )
             if what in OF_CRKR and not (math.isfinite(given) and given > 0.0):
-                raise InputError(f"{_flag(what)} {given}: expected a positive number")
+                raise InputError(f"{_said(what, given)}: expected a positive number")
         if self.labels is not None:
             require_choice("labels", self.labels, get_args(Labels))
 
@@ -66,5 +68,7 @@ class PlayerSettings:
 USUAL = PlayerSettings()
 
 
-def _flag(what: str) -> str:
-    return f"--{what.replace('_', '-')}"
+def _said(what: str, given: Any) -> str:
+    """Return a setting as it is given to a command."""
+    flag = f"--{what.replace('_', '-')}"
+    return flag if given is True else f"{flag} {given}"

@@ -26,7 +26,7 @@ from rotorpong.physics.ardrone2 import ARDRONE2, ARDRONE2_RAW
 from rotorpong.physics.camera import CAMERAS, Camera
 from rotorpong.physics.vehicle import TUM_GAZEBO, Vehicle
 from rotorpong.vision import PaperEyes, read_camera
-from rotorpong.vision.detect import Colour
+from rotorpong.vision.colour import Colour
 from rotorpong.world.looks import BALL_COLOURS, BallColour, plain_looks
 from rotorpong.world.racket import RACKETS
 from rotorpong.world.simulated_drone import Setting, SimulatedDrone
@@ -155,7 +155,7 @@ class Spec:
             return TruthEyes(drone)
         lens = camera or drone.camera
         if self.eyes == "tracker":
-            return tracker_eyes(lens, self.vehicle_name, self.serves, self.colour().name)
+            return tracker_eyes(lens, self.vehicle_name, self.serves, self.colour())
         return PaperEyes(
             lens,
             whole_pixels=self.eye_settings.whole_pixels,

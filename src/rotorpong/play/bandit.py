@@ -65,8 +65,13 @@ class BanditPlayer:
             self._judge(lesson.ball, lesson.hitting_point, lesson.reward)
 
     def play(self, drone: Drone, eyes: Eyes, rng: np.random.Generator) -> None:
-        """Play one serve; no dice are thrown."""
-        self._body.strike(drone, eyes, self._choose)
+        """Play one serve; `rng` is for the rule by which primitives are selected."""
+
+        def choose(estimate: BallEstimate, velocity: Float[ndarray, "3"]) -> Stroke:
+            goal = self.hitting_point(ball_of(estimate))
+            return self._body.stroke(estimate, goal, velocity, rng)
+
+        self._body.strike(drone, eyes, choose)
 
     def learn(self, verdict: Verdict) -> None:
         """Learn from the serve just played, hit or not."""
@@ -90,9 +95,6 @@ class BanditPlayer:
         mean, deviation = self._believed(ball, middle, arms)
         best = int(np.argmax(mean + self._curiosity * deviation))
         return np.concatenate([arms[best], middle[2:]])
-
-    def _choose(self, estimate: BallEstimate, velocity: Float[ndarray, "3"]) -> Stroke:
-        return self._body.stroke(estimate, self.hitting_point(ball_of(estimate)), velocity)
 
     def _within_reach(self, middle: Float[ndarray, "7"]) -> Float[ndarray, "49 2"]:
         """Return the arms, m right and down; CrKR's own answer is one, however far it is."""

@@ -12,6 +12,10 @@ t_i. Mean and deviation are those of the demonstrations, frozen: s is standardis
 for the V_k too, while CrKR takes it with its mean removed. What delta is learnt from is a choice:
 `commanded` (where it meant to be, exploration included; the duration as measured) or `achieved`
 (where navdata say it was: the paper's text).
+
+Beyond the paper, off unless asked for: other rules of selection, learning from misses (with reward
+0, in the V_k only: where it should have hit is not known), and a CrKR that tunes its own length
+scales and lambda.
 """
 
 import math
@@ -27,7 +31,8 @@ from rotorpong.control import held_velocity
 from rotorpong.conventions import InputError
 from rotorpong.drone import HOVER, BallEstimate, Drone, Eyes, Outcome, VelocityCommand, Verdict
 from rotorpong.experience import Attempt
-from rotorpong.learning import CrKR, Mixture
+from rotorpong.learning import CrKR, Mixture, Selection, SelfTuningCrKR
+from rotorpong.learning.mixture import PAPER
 from rotorpong.play.lessons import Lesson, cost_of, hitting_point, reward_of
 from rotorpong.play.odometer import Odometer
 from rotorpong.primitives import Dmp, Library, State, fit_dmp
@@ -49,6 +54,14 @@ class PaperSettings:
     exploration_sd: float = 0.10  # m, each axis of the hitting point's position, in training
     length_scale: float = 3.0  # of CrKR, in standard deviations of the demonstrations
     regularization: float = 0.1  # lambda of Eq. (6)
+    selection: Selection = PAPER
+    learn_from_misses: bool = False
+    tune: bool = False  # length scales and lambda by marginal likelihood, these to begin with
+
+    def estimator(self) -> CrKR | SelfTuningCrKR:
+        """Return the regression of hitting points, before any sample."""
+        kind = SelfTuningCrKR if self.tune else CrKR
+        return kind(np.full(6, self.length_scale), self.regularization)
 
     def triggers(self, estimate: BallEstimate) -> bool:
         """Tell whether the ball has come nearer than the plane, or than that distance."""
@@ -130,7 +143,7 @@ class PaperPlayer:
         self.library = Library(tuple(_primitive(lesson) for lesson in lessons))
         self._ball_scale = _Scale.of(np.stack([lesson.ball for lesson in lessons]))
         self._goal_scale = _Scale.of(np.stack([lesson.hitting_point for lesson in lessons]))
-        self._crkr = CrKR(np.full(6, self._settings.length_scale), self._settings.regularization)
+        self._crkr = self._settings.estimator()
         self._mixture = Mixture.prior(len(lessons), features=14)
         self._stroke: Stroke | None = None
         self._odometer = Odometer()
@@ -141,7 +154,9 @@ class PaperPlayer:
     def play(self, drone: Drone, eyes: Eyes, rng: np.random.Generator) -> None:
         """Play one serve."""
         self.strike(
-            drone, eyes, lambda seen, velocity: self.stroke(seen, self.aim(seen, rng), velocity)
+            drone,
+            eyes,
+            lambda seen, velocity: self.stroke(seen, self.aim(seen, rng), velocity, rng),
         )
 
     def strike(self, drone: Drone, eyes: Eyes, choose: Choice) -> None:
@@ -159,13 +174,17 @@ class PaperPlayer:
             drone.command(HOVER if stroke is None else stroke.command(now, interval))
 
     def learn(self, verdict: Verdict) -> None:
-        """Learn from the serve just played, if it was a hit."""
+        """Learn from the serve just played, if it was a hit or misses are learnt from."""
         self.recall(verdict.outcome, self.attempt(verdict), reward_of(verdict))
 
     def recall(self, outcome: Outcome, attempt: Attempt | None, reward: float) -> None:
         """Learn what a serve teaches that was played now or in an earlier run."""
-        if outcome == "hit" and attempt is not None:
+        if attempt is None:
+            return
+        if outcome == "hit":
             self.remember(attempt, reward)
+        elif self._settings.learn_from_misses and outcome != "fault":  # a fault is the thrower's
+            self._reward(attempt, 0.0)
 
     def attempt(self, verdict: Verdict) -> Attempt | None:
         """Return what was tried in the serve just played, labelled; `None` if nothing was."""
@@ -187,8 +206,7 @@ class PaperPlayer:
             (goal - self._goal_scale.mean)[None],
             cost=np.array([cost_of(reward)]),
         )
-        features = self._features(ball, goal)
-        self._mixture = self._mixture.update(features, reward, attempt.mixture_weights)
+        self._reward(attempt, reward)
 
     def hitting_point(self, ball: Float[ndarray, "6"]) -> Float[ndarray, "7"]:
         """Return delta(s) of Eq. (6) for a ball at the plane."""
@@ -218,6 +236,7 @@ class PaperPlayer:
         estimate: BallEstimate,
         goal: Float[ndarray, "7"],
         velocity: Float[ndarray, "3"],
+        rng: np.random.Generator | None = None,
         *,
         weights: Float[ndarray, "k"] | None = None,
     ) -> Stroke:
@@ -228,12 +247,14 @@ class PaperPlayer:
             goal: delta: displacement (m) and velocity (m/s) in level camera axes, duration (s),
                 which is kept within what a motion may take.
             velocity: of the body at the trigger, level camera axes, m/s.
+            rng: throws the dice of the rule of selection, if it needs any.
             weights: of the primitives; None: those of the mixture.
         """
         ball = ball_of(estimate)
         goal = np.append(goal[:6], np.clip(goal[6], SHORTEST, LONGEST))
         if weights is None:
-            weights = self._mixture.weights(self._features(ball, goal))
+            features = self._features(ball, goal)
+            weights = self._mixture.select(features, self._settings.selection, rng)
         start = State(np.zeros(3), velocity)
         return Stroke(estimate.time, ball, goal, weights, self.library.mix(weights), start)
 
@@ -241,6 +262,10 @@ class PaperPlayer:
         if estimate is None or not self.triggers(estimate):
             return None
         return choose(estimate, self._odometer.velocity(estimate.time))
+
+    def _reward(self, attempt: Attempt, reward: float) -> None:
+        features = self._features(attempt.state, attempt.hitting_point)
+        self._mixture = self._mixture.update(features, reward, attempt.mixture_weights)
 
     def _features(
         self, ball: Float[ndarray, "6"], goal: Float[ndarray, "7"]

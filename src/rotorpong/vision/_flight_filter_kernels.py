@@ -162,9 +162,16 @@ def predict(mean, covariance, dt, law, table, spreads, walks):
         spreads: (3,) their standard deviations.
         walks: (2,) m/s^2/sqrt(Hz) of unmodelled acceleration, rad/sqrt(s) of the gyro's tilt.
     """
+    transition = np.empty((SIZE, SIZE))
+    return carry(mean, covariance, dt, law, table, spreads, walks, transition)
+
+
+@kernel
+def carry(mean, covariance, dt, law, table, spreads, walks, transition):
+    """Do as `predict` does, and write the slopes of the step, (16, 16)."""
     work, slopes = np.empty((3, FLOWN)), np.empty((FLOWN, INPUTS))
     count = flow_slopes(inputs_of(mean, table), dt, law, slopes, work)
-    transition = np.eye(SIZE)
+    transition[:] = np.eye(SIZE)
     transition[:FLOWN, :MOVING] = slopes[:, :MOVING]
     covariance[:] = transition @ covariance @ transition.T
     mean[:FLOWN] = work[0]

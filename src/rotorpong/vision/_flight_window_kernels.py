@@ -1,4 +1,4 @@
-"""The fit of `flight_filter` to a window of sights, compiled: Gauss-Newton."""
+"""The fit of `flight_filter` to a window of sights, compiled, and a filter along the fit."""
 
 import math
 
@@ -12,6 +12,7 @@ from rotorpong.vision._flight_filter_kernels import (
     MOVING,
     SIZE,
     TILT,
+    carry,
     flow_slopes,
     inputs_of,
     look,
@@ -115,3 +116,43 @@ def window(prior, root, sights, law, table, walk, mean, covariance):
         if gain < WINDOW_CONVERGED:
             break
     return cost
+
+
+@kernel
+def follow(prior, sights, law, table, spreads, walks, mean, covariance, levels):
+    """Filter all sights, linear about one flight, in place; False if one of them cannot be.
+
+    Args:
+        prior: (16,) at the first sight's time, whose covariance `covariance` is.
+        sights: as `linearise` takes them.
+        law: the air.
+        table: (3,).
+        spreads: (3,) standard deviations of those.
+        walks: as `predict` takes them.
+        mean: (16,) where the flight begins; what is known at the last sight.
+        covariance: (16, 16) its covariance.
+        levels: (n,), written: NIS of each sight.
+    """
+    expected, slopes = np.empty(3), np.empty((3, SIZE))
+    away, onward = prior - mean, np.empty((SIZE, SIZE))
+    for n in range(sights.shape[0]):
+        dt = sights[n, 0] - (sights[n - 1, 0] if n > 0 else 0.0)
+        if dt > 0.0:
+            carry(mean, covariance, dt, law, table, spreads, walks, onward)
+            away = onward @ away
+        if not (np.isfinite(mean).all() and look(mean, sights[n, 13:], expected, slopes)):
+            return False
+        noise = np.empty((3, 3))
+        for a in range(3):
+            for b in range(3):
+                noise[a, b] = sights[n, 4 + 3 * a + b]
+        across = covariance @ slopes.T
+        inverse = np.linalg.inv(slopes @ across + noise)
+        error = sights[n, 1:4] - expected - slopes @ away
+        levels[n] = error @ inverse @ error
+        gain = across @ inverse
+        away = away + gain @ error
+        kept = np.eye(SIZE) - gain @ slopes
+        covariance[:] = kept @ covariance @ kept.T + gain @ noise @ gain.T
+    mean += away
+    return True

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from rotorpong.conventions import InputError
+
 HUES = 180
 NO_HUE = 150  # limits this far apart in hue take nearly all of them
 
@@ -25,3 +27,16 @@ class Colour:
 ORANGE = Colour("orange", (0, 140, 90), (0, 110, 80), (24, 255, 255), (11, 200, 215))
 WHITE = Colour("white", (0, 0, 200), (0, 0, 175), (180, 60, 255), (90, 20, 235))
 COLOURS = {colour.name: colour for colour in (ORANGE, WHITE)}
+
+
+def as_colour(colour: Colour | str) -> Colour:
+    """Return a colour, or the one of this name.
+
+    Raises:
+        InputError: there is none of this name.
+    """
+    if isinstance(colour, Colour):
+        return colour
+    if colour not in COLOURS:
+        raise InputError(f"unknown colour {colour!r}; available: {', '.join(COLOURS)}")
+    return COLOURS[colour]

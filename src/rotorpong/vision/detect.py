@@ -35,7 +35,7 @@ from rotorpong.conventions import InputError, Picture
 from rotorpong.vision._search_kernels import find_reach
 from rotorpong.vision.ball_model import HUED, PALE, probability
 from rotorpong.vision.candidates import find_candidates
-from rotorpong.vision.colour import COLOURS, ORANGE, Colour
+from rotorpong.vision.colour import ORANGE, Colour, as_colour
 from rotorpong.vision.measure import OUTLINE_BIAS_PX, Circle, fit_circle, outer_arc
 
 LARGE_PICTURE_PIXELS = 640 * 480  # above this the search runs at half the size
@@ -98,7 +98,7 @@ def detect(picture: ndarray, colours: Sequence[Colour | str] = (ORANGE,)) -> lis
     Raises:
         InputError: not such a picture, or an unknown name of a colour.
     """
-    wanted = [_colour(colour) for colour in colours]
+    wanted = [as_colour(colour) for colour in colours]
     pixels = as_picture(picture)
     guesses = _guesses(pixels, wanted)
     free = np.ones(len(guesses.scores), bool)
@@ -152,7 +152,7 @@ def find_balls(picture: ndarray, colours: Sequence[Colour | str] = (ORANGE,)) ->
 
 def find_blobs(picture: Picture, colours: Sequence[Colour | str] = (ORANGE,)) -> list[Blob]:
     """Return the blobs that could be balls, best first."""
-    wanted = [_colour(colour) for colour in colours]
+    wanted = [as_colour(colour) for colour in colours]
     blobs = [blob for colour in wanted for blob in _blobs_of(picture, colour)]
     return sorted(blobs, key=lambda blob: -blob.score)
 
@@ -174,14 +174,6 @@ def as_picture(picture: ndarray) -> Picture:
     if channels == 1:
         return cv2.cvtColor(eight_bits, cv2.COLOR_GRAY2BGR)
     return np.ascontiguousarray(eight_bits[..., :3])
-
-
-def _colour(colour: Colour | str) -> Colour:
-    if isinstance(colour, Colour):
-        return colour
-    if colour not in COLOURS:
-        raise InputError(f"unknown colour {colour!r}; available: {', '.join(COLOURS)}")
-    return COLOURS[colour]
 
 
 def _blobs_of(picture: Picture, colour: Colour) -> list[Blob]:

@@ -28,7 +28,8 @@ The same model fitted to a window of sights at once, `fit_window`, is the maximu
 (Gauss-Newton), with the gyro's walk as correlated noise of the sights; its inverse normal matrix is
 the Cramer-Rao bound. The filter is begun by such a fit, and renewed by one now and then: far away a
 picture tells directions a hundred times better than distances, and an EKF that was once linear
-about a wrong distance stays too sure of itself.
+about a wrong distance stays too sure of itself. Each time it runs through all sights again, linear
+about the flight that was fitted.
 """
 
 import math
@@ -48,6 +49,7 @@ AIR = Air()
 LONGEST_FLIGHT = 3.0  # s
 FIRST_SIGHTS = 5  # that show a first velocity
 FIRST_FIT = 8  # sights
+RENEWALS = (2, 3, 4, 5, 7, 10, 14, 20, 28)  # sights, at which all of them are fitted at once
 CERTAIN = 1e-14  # variance of what is known, in any unit
 WIDE = 1.0  # m, sd of a place before anything is seen of it
 
@@ -72,7 +74,9 @@ ARDRONE2_ATTITUDE = AttitudeQuality(
     walk=math.radians(0.15),
     jitter_sd=math.radians(0.005),
 )
-"""By its sensors' figures; the walk stands for a constant gyro error of up to 0.2 degrees/s."""
+"""By its sensors' figures; the walk stands for a constant gyro error of up to 0.2 degrees/s and for
+what the own path is wrong by from frame to frame: mean NIS of 40 serves each of seeds 100 and 200
+is 2.9 and 3.1."""
 
 TUM_ATTITUDE = AttitudeQuality(
     start_sd=math.radians(1.0),
@@ -230,7 +234,7 @@ def predict(belief: Belief, time: float, prior: Prior, *, bounces: bool = True) 
         table = _table(prior, bounces=bounces)
         kernels.predict(
             mean, covariance, time - belief.time, prior.air, table[0], table[1],
-            np.array([prior.unmodelled, prior.attitude.walk]),
+            _walks(prior),
         )  # fmt: skip
     return Belief(time, mean, covariance)
 
@@ -272,8 +276,64 @@ def begin(known: Belief, sights: Sequence[Sight | Point], prior: Prior) -> Belie
         sights: in order of time, at least one.
         prior: the laws.
     """
-    fit, _ = fit_window(known, sights, prior)
-    return predict(fit, sights[-1].time, prior)
+    return begun(known, sights, prior)[0]
+
+
+def begun(
+    known: Belief, sights: Sequence[Sight | Point], prior: Prior
+) -> tuple[Belief, Float[ndarray, "n"]]:
+    """Return what `begin` returns, and the NIS of each sight; inf if no flight explains them.
+
+    The fit is only what the filter is linear about: it runs through all sights once more, so that
+    all that is not modelled has its place, and the gyro's walk up to the last of them.
+    """
+    start, (fit, _) = place(known, sights[0]), fit_window(known, sights, prior)
+    mean, covariance, levels = fit.mean.copy(), start.covariance.copy(), np.empty(len(sights))
+    table, spreads = _table(prior, bounces=True)
+    explained = _flight_window_kernels.follow(
+        start.mean, _rows(sights), prior.air, table, spreads, _walks(prior), mean, covariance,
+        levels,
+    )  # fmt: skip
+    if not explained:
+        levels[:] = math.inf
+    return Belief(sights[-1].time, mean, covariance), levels
+
+
+def seen(belief: Belief, sight: Sight, prior: Prior) -> tuple[Belief, float]:
+    """Return the belief after a later sight, and its NIS, by the history that explains it best.
+
+    Of a flight that may have bounced since, both are tried.
+    """
+    told = update(predict(belief, sight.time, prior), sight)
+    if not belief.velocity[2] < 0.0 < told[0].velocity[2]:
+        return told
+    flown_on = predict(belief, sight.time, prior, bounces=False)
+    return min(told, update(flown_on, sight), key=lambda one: one[1])
+
+
+def renewed(known: Belief, belief: Belief, sights: Sequence[Sight], prior: Prior) -> Belief:
+    """Return the belief after `sights`, begun anew if it is time to, after `RENEWALS` of them."""
+    if len(sights) not in RENEWALS:
+        return belief
+    fresh, levels = begun(known, sights, prior)
+    return fresh if np.isfinite(levels).all() else belief
+
+
+def filtered(known: Belief, sights: Sequence[Sight], prior: Prior) -> tuple[Belief, list[float]]:
+    """Return the belief after all sights, and the NIS of each of them but the first.
+
+    Args:
+        known: of everything but the ball.
+        sights: in order of time, at least one.
+        prior: the laws.
+    """
+    belief, _ = update(place(known, sights[0]), sights[0])
+    levels = []
+    for count in range(2, len(sights) + 1):
+        belief, nis = seen(belief, sights[count - 1], prior)
+        levels.append(nis)
+        belief = renewed(known, belief, sights[:count], prior)
+    return belief, levels
 
 
 def read_level(belief: Belief, reading: Float[ndarray, "2"], heading: float, sd: float) -> Belief:
@@ -317,7 +377,7 @@ def fit_window(
         prior: the laws.
     """
     start = place(known, sights[0])
-    rows = np.stack([_row(sight, sights[0].time) for sight in sights])
+    rows = _rows(sights)
     mean, covariance = start.mean.copy(), np.empty((kernels.SIZE, kernels.SIZE))
     mean[3:6] = _first_velocity(known, sights)
     table, _ = _table(prior, bounces=True)
@@ -348,6 +408,15 @@ def _first_velocity(known: Belief, sights: Sequence[Sight | Point]) -> Float[nda
     places[:, 2] += 0.5 * GRAVITY * times**2
     design = np.stack([np.ones_like(times), times], axis=1)
     return np.linalg.lstsq(design, places, rcond=None)[0][1]
+
+
+def _walks(prior: Prior) -> Float[ndarray, "2"]:
+    return np.array([prior.unmodelled, prior.attitude.walk])
+
+
+def _rows(sights: Sequence[Sight | Point]) -> Float[ndarray, "n 25"]:
+    """Return sights as the kernels take them."""
+    return np.stack([_row(sight, sights[0].time) for sight in sights])
 
 
 def _row(sight: Sight | Point, start: float) -> Float[ndarray, "25"]:

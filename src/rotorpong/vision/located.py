@@ -18,7 +18,8 @@ from numpy import ndarray
 from rotorpong.conventions import BALL_DIAMETER, InputError, Picture
 from rotorpong.physics.camera import Camera
 from rotorpong.vision.circles import CircleFit
-from rotorpong.vision.detect import COLOURS, Blob, Colour, Detection, detect, find_blobs
+from rotorpong.vision.colour import COLOURS, Colour
+from rotorpong.vision.detect import Blob, Detection, detect, find_blobs
 from rotorpong.vision.locate import ball_position, position_covariance
 from rotorpong.vision.matte import BallDisc, Guess, measure_ball, region_around
 from rotorpong.vision.measure import OUTLINE_BIAS_PX, fit_circle, outer_arc

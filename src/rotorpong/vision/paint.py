@@ -6,21 +6,22 @@ from much of its background in brightness only, so its shading is taken as bette
 white ball.
 """
 
+import functools
+
 import cv2
 import numpy as np
 
-from rotorpong.vision.detect import COLOURS, Colour
+from rotorpong.vision.colour import COLOURS, Colour
 from rotorpong.vision.matte import BALL_COLOURS, WHITE_BALL, BallColour
 
-PALE = 35  # saturation below which a ball has no hue
 
-
+@functools.lru_cache(maxsize=8)
 def paint_of(colour: Colour) -> BallColour:
     """Return how balls of a colour are measured."""
     if COLOURS.get(colour.name) == colour:
         return BALL_COLOURS[colour.name]
     levels = _levels(colour)
-    if colour.typical[1] < PALE:
+    if not colour.has_hue:
         return BallColour(colour.name, levels, WHITE_BALL.tolerance, WHITE_BALL.shading)
     return BallColour(colour.name, levels)
 

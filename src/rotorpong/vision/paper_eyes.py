@@ -17,7 +17,8 @@ from rotorpong.conventions import BALL_DIAMETER, InputError
 from rotorpong.drone import BallEstimate, Observation
 from rotorpong.physics.camera import Camera
 from rotorpong.vision.circles import CircleFit
-from rotorpong.vision.detect import Colour, as_picture, find_blobs
+from rotorpong.vision.colour import Colour
+from rotorpong.vision.detect import as_picture, find_blobs
 from rotorpong.vision.locate import position_and_covariance
 from rotorpong.vision.measure import Circle, fit_circle
 

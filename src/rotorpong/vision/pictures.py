@@ -19,7 +19,7 @@ import numpy as np
 
 from rotorpong.conventions import BALL_DIAMETER, InputError, Picture
 from rotorpong.physics.camera import Camera
-from rotorpong.vision.detect import Colour
+from rotorpong.vision.colour import Colour
 from rotorpong.vision.linking import Linker, Track
 from rotorpong.vision.located import LocatedBall, StillEyes
 

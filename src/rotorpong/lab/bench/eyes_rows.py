@@ -45,7 +45,14 @@ from rotorpong.world.stream import Stream
 
 DEPTHS = (1.0, 2.5, 4.0)  # m
 VIEWS, QUICK_VIEWS = 60, 8
-STREAMED, SETTLED, QUICK_STREAMED = 64, 4, 10  # frames; of them not measured
+STREAMED, SETTLED, QUICK_STREAMED = 28, 4, 10  # frames of a way; of them not measured
+WAYS = (  # of balls through a streamed picture at 1 m: start, step, right and down (m)
+    ((0.30, -0.05), (-0.010, -0.002)),
+    ((-0.10, -0.20), (0.006, 0.004)),
+    ((0.15, -0.15), (-0.012, 0.001)),
+    ((-0.30, -0.02), (0.009, -0.003)),
+)
+COMING = 0.002  # of the depth, per frame
 STREAM_MBIT_S = 4.0
 GREY = (150.0, 140.0, 120.0)  # blue, green, red
 SURFACES = (
@@ -281,19 +288,10 @@ def _bound(camera: Camera, depth: float) -> Row:
 
 
 def _streamed(depth: float, *, quick: bool) -> list[Row]:
-    """Return rows of a ball that drifts by, as H.264 brings it."""
+    """Return rows of balls that drift by, as H.264 brings them."""
     camera = replace(ARDRONE2_720P, exposure_s=0.0, readout_s=0.0, stream_mbit_s=STREAM_MBIT_S)
-    stream, eye, axes = Stream(camera), np.array([-1.69, 0.0, 0.2]), CAMERA_FROM_BODY_AXES.T
-    found = []
-    for k in range(QUICK_STREAMED if quick else STREAMED):
-        ball = depth * np.array([0.012 * k - 0.2, 0.002 * k - 0.12, 1.0 - 0.002 * k])
-        motion = _motion(camera, (eye, axes), ball, np.zeros(3), camera.height_px / 2)
-        picture = stream.send(lambda m=motion, k=k: expose(camera, m, 0.0, Scene(), key=(k,)))()
-        if k >= SETTLED:
-            x, y, radius = disc_of_sphere(camera, ball)
-            half, x0, y0 = int(radius) + 2 * MARGIN_PX, round(x), round(y)
-            box = picture[y0 - half : y0 + half, x0 - half : x0 + half]
-            found.append(View(np.ascontiguousarray(box), (x0 - half, y0 - half), ball, np.zeros(3)))
+    frames = QUICK_STREAMED if quick else STREAMED
+    found = [view for way in range(len(WAYS)) for view in _sent(camera, depth, way, frames)]
     errors, _ = _errors(camera, iter(found))
     cm = 100.0 * np.abs(errors["edge"])
     if len(cm) == 0:
@@ -309,6 +307,22 @@ def _streamed(depth: float, *, quick: bool) -> list[Row]:
         edge,
         Row(f"depth by circle, median, {place}", float(np.median(rough)), "cm", None, "less"),
     ]
+
+
+def _sent(camera: Camera, depth: float, way: int, frames: int) -> Iterator[View]:
+    """Yield a ball that drifts by, as the receiver of the camera's stream sees it."""
+    stream, eye, axes = Stream(camera), np.array([-1.69, 0.0, 0.2]), CAMERA_FROM_BODY_AXES.T
+    start, step = np.array(WAYS[way])
+    for k in range(frames):
+        ball = depth * np.array([*(start + k * step), 1.0 - k * COMING])
+        motion = _motion(camera, (eye, axes), ball, np.zeros(3), camera.height_px / 2)
+        key = (way, k)
+        picture = stream.send(lambda m=motion, k=key: expose(camera, m, 0.0, Scene(), key=k))()
+        if k >= SETTLED:
+            x, y, radius = disc_of_sphere(camera, ball)
+            half, x0, y0 = int(radius) + 2 * MARGIN_PX, round(x), round(y)
+            box = picture[y0 - half : y0 + half, x0 - half : x0 + half]
+            yield View(np.ascontiguousarray(box), (x0 - half, y0 - half), ball, np.zeros(3))
 
 
 def _speed(*, quick: bool) -> list[Row]:

@@ -34,6 +34,7 @@ FIGURE = "learning_curves.png"
 ACHIEVED = PlayerSettings(labels="achieved")
 WIDE = PlayerSettings(length_scale=12.0, regularization=0.002)
 """The kernel reaches over all serves that come, and a label is as noisy as the blade is large."""
+TUNED = PlayerSettings(tune=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +83,7 @@ def entrants(own: str | None = None, *, seed: int = 0) -> tuple[Entrant, ...]:
         Entrant("paper, labels achieved", Spec("paper", player_settings=ACHIEVED)),
         Entrant(PAPERS, Spec("paper")),
         Entrant("paper, length scale 12, lambda 0.002", Spec("paper", player_settings=WIDE)),
+        Entrant("paper, tuned CrKR", Spec("paper", player_settings=TUNED)),
         Entrant("bandit on the hitting point", Spec("bandit")),
         Entrant("oracle, true states", Spec("oracle", eyes="truth")),
     )

@@ -17,20 +17,17 @@ from scipy.spatial.transform import Rotation
 
 from rotorpong.conventions import BALL_RADIUS
 from rotorpong.lab.bench.rows import Row
+from rotorpong.lab.tracking import PRIORS
 from rotorpong.physics.camera import ARDRONE2_720P, Camera, camera_from_body, ideal, in_picture
 from rotorpong.vision.flight_filter import (
-    HUMAN_PRIOR,
     AttitudeQuality,
-    Belief,
     Prior,
     Sight,
-    begin,
+    filtered,
     fit_window,
     ground,
     predict,
-    update,
 )
-from rotorpong.vision.tracker import RENEWALS
 from rotorpong.world.contact import Solids, fly_over_court, state_of
 from rotorpong.world.serves import HUMAN, draw
 
@@ -51,6 +48,7 @@ class Predicted:
     """One serve: errors and bound."""
 
     ahead: dict[float, float]  # m, by s
+    ahead_bound: dict[float, float]  # m, rms, by s
     error: Float[ndarray, "6"]  # of position and velocity at the plane
     bound: Float[ndarray, "6"]  # variances
 
@@ -67,6 +65,9 @@ def rows(*, quick: bool = False) -> tuple[Row, ...]:
             goal = GOALS.get((tilt, ahead))
             found.append(Row(f"{words}: mean", float(errors.mean()), "cm", goal, "less"))
             found.append(Row(f"{words}: median", float(np.median(errors)), "cm"))
+            rms = 100.0 * math.sqrt(float(np.mean([one.ahead_bound[ahead] ** 2 for one in good])))
+            found.append(Row(f"{words}: rms", float(np.sqrt(np.mean(errors**2))), "cm"))
+            found.append(Row(f"{words}: rms, Cramer-Rao bound", rms, "cm"))
         ratio = np.array([one.error**2 / one.bound for one in good])
         efficiency = 1.0 / float(ratio.mean())
         name = f"efficiency at 2.5 m, attitude error {tilt:g} degrees"
@@ -84,16 +85,19 @@ def _predicted(seed: int, tilt_deg: float) -> Predicted | None:
     if len(sights) < FEWEST:
         return None
     known = ground(prior, sights[0].time)
-    belief = _filtered(known, sights, prior)
+    belief, _ = filtered(known, sights, prior)
     fit, _ = fit_window(known, sights, prior)
     bound = predict(fit, sights[-1].time, prior)
     now = ticks[-1]
-    ahead = {}
+    ahead, ahead_bound = {}, {}
     for seconds in AHEAD:
         tick = now + round(1000 * seconds)
         there = predict(belief, 1e-3 * tick, prior).position
         ahead[seconds] = float(np.linalg.norm(there - path[tick, :3]))
-    return Predicted(ahead, belief.mean[:6] - path[now, :6], np.diag(bound.covariance)[:6])
+        spread = predict(bound, 1e-3 * tick, prior).covariance[:3, :3]
+        ahead_bound[seconds] = math.sqrt(float(np.trace(spread)))
+    error = belief.mean[:6] - path[now, :6]
+    return Predicted(ahead, ahead_bound, error, np.diag(bound.covariance)[:6])
 
 
 def _prior(tilt_sd: float) -> Prior:
@@ -101,7 +105,7 @@ def _prior(tilt_sd: float) -> Prior:
         start_sd=max(tilt_sd, 1e-7), reading_sd=1.0, reading_rate=1.0, reading_offset_sd=0.0,
         walk=1e-7, jitter_sd=0.0,
     )  # fmt: skip
-    return replace(HUMAN_PRIOR, attitude=quality, table=(0.0, 0.001))
+    return replace(PRIORS["human"], attitude=quality, table=(0.0, 0.001))
 
 
 def _sights(
@@ -124,13 +128,3 @@ def _sights(
         if ball[2] < PLANE:
             break
     return sights, ticks
-
-
-def _filtered(known: Belief, sights: list[Sight], prior: Prior) -> Belief:
-    """Return the belief after all sights, begun and renewed as the tracker does."""
-    belief = begin(known, sights[:1], prior)
-    for count, sight in enumerate(sights[1:], start=2):
-        belief, _ = update(predict(belief, sight.time, prior), sight)
-        if count in RENEWALS:
-            belief = begin(known, sights[:count], prior)
-    return belief

@@ -16,9 +16,9 @@ from rotorpong.lab.bench.rows import Row
 
 REACH_BALLS = 100  # of each kind on each vehicle; reach_rows.rows(balls=...) takes more
 
-Suite = Literal["world", "eyes", "primitives", "players"]
+Suite = Literal["world", "eyes", "primitives", "learning", "players"]
 BELONGS: Mapping[str, tuple[Suite, ...]] = {  # what can be ordered of some suites only
-    "peers": ("world", "primitives"),
+    "peers": ("world", "primitives", "learning"),
     **dict.fromkeys(("flights", "events"), ("world",)),
     "out": ("world", "players"),
     "player": ("players",),
@@ -158,6 +158,15 @@ PRIMITIVES = (
         lambda order: order.peers,
     ),
 )
+LEARNING = (
+    Section("learning", lambda order, tell: _module("learning_rows").rows(quick=order.quick)),
+    Section("selecting", lambda order, tell: _module("selection_rows").rows(quick=order.quick)),
+    Section(
+        "peers",
+        lambda order, tell: _module("peers").rows(quick=order.quick, suite="learning"),
+        lambda order: order.peers,
+    ),
+)
 PLAYERS = (
     Section(
         "players",
@@ -170,6 +179,7 @@ SUITES: Mapping[Suite, tuple[Section, ...]] = {
     "world": WORLD,
     "eyes": EYES,
     "primitives": PRIMITIVES,
+    "learning": LEARNING,
     "players": PLAYERS,
 }
 
