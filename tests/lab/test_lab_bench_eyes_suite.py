@@ -36,7 +36,8 @@ def test_tracking_beats_the_papers_eyes_on_the_same_serve():
 
 def test_the_band_of_nis_is_that_of_chi_square():
     def one(level, sights=20):
-        return tracking_rows.Watched(None, 1.0, 0.5, 0.1, level, sights)
+        sds = np.full(6, 0.1)
+        return tracking_rows.Watched(None, 1.0, sds, 0.5, 0.1, level, sights)
 
     assert tracking_rows._in_band(one(3.0))
     assert not tracking_rows._in_band(one(1.5))

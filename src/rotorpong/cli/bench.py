@@ -34,7 +34,8 @@ class Bench(Common):
     colour: str | None = None
     """To look for in the pictures, as detect takes it; by default orange, and orange,white."""
     out: Path | None = None
-    """Folder for figures: of growth with balls, trials, pixels and workers, or learning curves."""
+    """Folder for figures: of growth with balls, trials, pixels and workers; of the eyes' errors; of
+    learning curves."""
     player: str | None = None
     """Your own as FILE.py:CLASS, to play against ours."""
     quick: FlagCreatePairsOff[bool] = False

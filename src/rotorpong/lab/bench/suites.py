@@ -20,7 +20,7 @@ Suite = Literal["world", "eyes", "primitives", "learning", "players"]
 BELONGS: Mapping[str, tuple[Suite, ...]] = {  # what can be ordered of some suites only
     "peers": ("world", "primitives", "learning"),
     **dict.fromkeys(("flights", "events"), ("world",)),
-    "out": ("world", "players"),
+    "out": ("world", "eyes", "players"),
     "player": ("players",),
     **dict.fromkeys(("images", "ball_class", "colour"), ("eyes",)),
 }
@@ -197,8 +197,11 @@ def measure(order: Order, advance: Advance) -> tuple[Row, ...]:
         advance(f"bench: {section.title}", done, len(chosen))
         rows.extend(section.rows(order, advance))
         advance(f"bench: {section.title}", len(chosen), len(chosen))
-    if order.out is not None and order.suite == "world":
-        advance("bench: growth", 0, 1)
-        _module("growth").draw_growth(order.out, quick=order.quick)
-        advance("bench: growth", 1, 1)
+    if order.out is not None and order.suite in {"world", "eyes"}:
+        advance("bench: figures", 0, 1)
+        if order.suite == "world":
+            _module("growth").draw_growth(order.out, quick=order.quick)
+        else:
+            _module("eyes_figures").draw_eyes(order.out, rows)
+        advance("bench: figures", 1, 1)
     return tuple(rows)

@@ -2,11 +2,10 @@
 
 Hovering drones watch the same serves with the tracker's eyes and with the paper's, through pictures
 of the whole sensor. At the first answer nearer than 2.5 m, errors of position and velocity against
-truth (camera frame, means of absolute values; Table I has them along the whole way); their bound is
-by the eyes' own covariance, the inverse information of all sights about the flight found. Then how
-far the predicted place on the blade plane is off, seen from the drone, and when that was.
-Consistency: the share of serves whose mean NIS lies in its 95 % band, and the median of the errors'
-NEES over 6.
+truth (camera frame, means of absolute values; Table I has them along the whole way), and what the
+eyes' own covariance expects of the velocity's. Then how far the predicted place on the blade plane
+is off, seen from the drone, and when that was. Consistency: the share of serves whose mean NIS lies
+in its 95 % band, and the median of the errors' NEES over 6.
 Times are processor time of one core per frame that is decoded already; the peer is the plain chain
 of OpenCV (HSV, inRange, findContours) and our circle, on the same frames.
 """
@@ -70,7 +69,7 @@ def rows(*, quick: bool = False) -> tuple[Row, ...]:
         name = f"{camera}, {vehicle}"
         tracked = [_tracked(stage, index) for index in range(count)]
         found += _accuracy(f"{name}, tracker", tracked, *GOALS[camera])
-        found += _bounds(f"{name}, tracker", tracked)
+        found += _expected(f"{name}, tracker", tracked)
         found += _consistency(f"{name}, tracker", tracked)
         papers = [_paper(stage, index) for index in range(count)]
         found += _accuracy(f"{name}, paper", papers, (None,) * 3, (None,) * 3)
@@ -152,12 +151,12 @@ def _accuracy(
             yield Row(f"{name}: {words} {letter} at 2.5 m, mean error", mean, unit, goal, "less")
 
 
-def _bounds(name: str, watched: list[Watched]) -> Iterator[Row]:
-    """Yield the mean error of velocity that an ideal filter would make: sqrt(2 / pi) sd."""
+def _expected(name: str, watched: list[Watched]) -> Iterator[Row]:
+    """Yield the mean error of velocity that the filter expects of itself: sqrt(2 / pi) sd."""
     sds = np.array([one.sds for one in watched if one.at_plane is not None])
     for axis, letter in enumerate("XYZ" if len(sds) else ""):
         mean = 100.0 * float(np.sqrt(2.0 / np.pi) * sds[:, 3 + axis].mean())
-        words = f"{name}: velocity {letter} at 2.5 m, Cramer-Rao bound of its mean error"
+        words = f"{name}: velocity {letter} at 2.5 m, mean error by its own covariance"
         yield Row(words, mean, "cm/s")
 
 
