@@ -137,6 +137,10 @@ EXAMPLES = (
         "rotorpong evaluate --balls 50 --circle-fit pratt --diameter float",
     ),
     (
+        "Motions flown in closed loop, not open as in the paper.",
+        "rotorpong evaluate --eyes truth --balls 50 --control closed-loop",
+    ),
+    (
         "White balls, and eyes that look for them.",
         "rotorpong evaluate --eyes tracker --ball white --balls 50",
     ),

@@ -11,9 +11,9 @@ from test_cli import ask, complaint, is_one_line_of_json
 from rotorpong.lab.bench.timing import LIBRARIES
 
 BAD = {
-    "bench": "Missing from rotorpong bench: {world,eyes,primitives,learning,players}",
+    "bench": "Missing from rotorpong bench: {world,eyes,primitives,learning,control,players}",
     "bench moon": "invalid choice 'moon' for argument 'what'. "
-    "Expected one of ('world', 'eyes', 'primitives', 'learning', 'players')",
+    "Expected one of ('world', 'eyes', 'primitives', 'learning', 'control', 'players')",
     "bench world --seed -1": "seed -1: expected a whole number",
     "bench world --flights gone": "--flights gone: expected a folder of measured flights",
     "bench world --flights text": "--flights text: expected a folder of measured flights",

@@ -1,11 +1,15 @@
 """The paper's player: what it flies, what it learns, what it leaves alone."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from play_bench import PERIOD, BallEyes, BenchDrone, play, straight
 
+from rotorpong.control import Departure
+from rotorpong.control.plant import UNKNOWN_PLANT, Axis
 from rotorpong.conventions import InputError
-from rotorpong.drone import HOVER, Player, VelocityCommand, Verdict
+from rotorpong.drone import HOVER, BallEstimate, Player, VelocityCommand, Verdict
 from rotorpong.experience import Attempt
 from rotorpong.learning import Selection
 from rotorpong.play.lessons import Lesson, reward_of
@@ -398,3 +402,37 @@ def test_a_tuned_player_finds_which_of_its_inputs_matter():
         wanted = np.array([one.hitting_point for one in lessons[20:]])
         errors.append(np.abs(found - wanted)[:, :3].mean())
     assert errors[1] < 0.3 * errors[0]
+
+
+@pytest.mark.parametrize("control", ["open", "feed_forward", "closed_loop"])
+def test_a_stroke_ends_where_and_when_it_is_meant_to_however_it_is_flown(control):
+    """On a drone that flies exactly as it is told, with nothing to lag behind."""
+    plant = replace(UNKNOWN_PLANT, axes=(Axis(1e-3),) * 3)
+    player = PaperPlayer(LESSONS, PaperSettings(control=control, plant=plant))
+    drone = served(player)
+    goal, begin = player.attempt(MISS).hitting_point, trigger_time(drone)
+    np.testing.assert_allclose(flown(drone, begin, begin + goal[6]), goal[:3], atol=0.01)
+
+
+def test_the_open_loop_is_what_is_flown_unless_asked_otherwise():
+    usual, asked = (served(PaperPlayer(LESSONS, s)) for s in (None, PaperSettings(control="open")))
+    assert usual.commands == asked.commands
+    ahead = served(PaperPlayer(LESSONS, PaperSettings(control="feed_forward"))).commands
+    assert max(c.forward**2 + c.left**2 for _, c in ahead) > max(
+        c.forward**2 + c.left**2 for _, c in usual.commands
+    )
+
+
+def test_a_departing_stroke_arrives_when_it_would_have_arrived():
+    player = PaperPlayer(LESSONS)
+    served(player)
+    seen = BallEstimate(0.5, np.array([0.2, 0.1, 2.4]), np.array([0.0, 0.0, -6.0]), np.eye(6))
+    stroke = player.stroke(seen, np.array([0.2, 0.1, 0.0, 0.5, 0.0, 0.0, 0.6]), np.zeros(3))
+    gone = np.array([0.01, 0.0, 0.0])
+    departure = Departure(stroke.begin + 0.1, np.array([0.02, 0.0, 0.0]), np.array([0.1, 0.0, 0.0]))
+    later = stroke.departing(departure, gone)
+    assert later.course.end == pytest.approx(stroke.course.end)
+    first, last = later.course.at(np.array([departure.time, later.course.end]))[0]
+    np.testing.assert_allclose(first, departure.position, atol=1e-12)
+    np.testing.assert_allclose(last + gone, stroke.goal[:3], atol=1e-9)
+    assert np.abs(later.course.at(np.array([departure.time]))[2]).max() < 1e-9

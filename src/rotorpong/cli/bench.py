@@ -15,11 +15,12 @@ class Bench(Common):
 
     seed: int = 0
     """Taken by every command; what is measured here has seeds of its own."""
-    what: Positional[Literal["world", "eyes", "primitives", "learning", "players"]]
+    what: Positional[Literal["world", "eyes", "primitives", "learning", "control", "players"]]
     """world: the simulator. eyes: how well a ball is measured, followed and predicted. primitives:
     how fast and how exactly motions are fitted and rolled out. learning: how well, how exactly and
-    how fast is learnt where to hit, and with which primitive. players: who hits how many of the
-    same balls, and how that grows with learning (ten minutes)."""
+    how fast is learnt where to hit, and with which primitive. control: how exactly motions are
+    flown. players: who hits how many of the same balls, and how that grows with learning (over ten
+    minutes)."""
 
     peers: FlagCreatePairsOff[bool] = False
     """Measure peers as well: needs a checkout and the extra bench."""

@@ -54,6 +54,9 @@ class Match(Common):
     """Of the same players: lambda of CrKR, the variance of a label in m^2; 0.1 by default."""
     tune: FlagCreatePairsOff[bool] = False
     """Of the same players: CrKR finds length scales and lambda itself, by marginal likelihood."""
+    control: str | None = None
+    """How motions are flown, players nearest, single, paper and bandit: open as in the paper (the
+    default), feed-forward, or closed-loop."""
 
     def spec(self, **more: Any) -> Any:
         """Return the checked spec of this match; `more` are fields that not every match has."""
@@ -62,11 +65,15 @@ class Match(Common):
         from rotorpong.lab.spec import Spec
 
         match = (self.player, self.eyes, self.vehicle, self.camera, self.serves, self.seed)
-        more["eye_settings"] = EyeSettings(self.circle_fit, self.diameter, self.colour)
-        more["player_settings"] = PlayerSettings(
-            self.labels, self.length_scale, self.regularization, self.tune or None
-        )
-        return Spec(*match, ball=self.ball, **more).check()
+        chosen = {
+            "ball": self.ball,
+            "eye_settings": EyeSettings(self.circle_fit, self.diameter, self.colour),
+            "player_settings": PlayerSettings(
+                self.labels, self.length_scale, self.regularization, self.tune or None
+            ),
+            "control": self.control,
+        }
+        return Spec(*match, **chosen, **more).check()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,6 +88,7 @@ class Varied(Match):
 SAID = {
     "spec.ball": "ball",
     "spec.eye_settings": "setting of the eyes",
+    "spec.control": "control",
     "colour": "colour",
 }
 

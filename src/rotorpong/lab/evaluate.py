@@ -14,8 +14,9 @@ import numpy as np
 from rotorpong import __version__
 from rotorpong.drone import Outcome, Player
 from rotorpong.experience import Demonstration, Trial, shipped_demonstrations
+from rotorpong.lab.control_settings import PAPERS_CONTROL, STEERABLE
 from rotorpong.lab.demonstrate import Progress, lessons_of
-from rotorpong.lab.learners import Learner, learner_of
+from rotorpong.lab.learners import Learner, learner_of, settings_of
 from rotorpong.lab.oracle import Gate, Oracle
 from rotorpong.lab.reachable import is_reachable
 from rotorpong.lab.spec import Spec, own_player
@@ -101,6 +102,7 @@ def header(spec: Spec, balls: int, experience: Path | None = None) -> dict[str, 
         "ball": spec.ball,
         "eye_settings": spec.eye_settings.as_json(spec.eyes, spec.ball),
         "player_settings": spec.player_settings.as_json(spec.player),
+        **({"control": spec.control or PAPERS_CONTROL} if spec.player in STEERABLE else {}),
         "experience": None if experience is None else str(experience),
         "contents": spec.contents(),
         "version": __version__,
@@ -216,5 +218,5 @@ def player_of(spec: Spec, knowledge: Knowledge) -> Player:
     if spec.player == "oracle":
         return Oracle()
     if spec.player == "nearest":
-        return NearestPlayer(lessons_of(knowledge.demonstrations, spec))
+        return NearestPlayer(lessons_of(knowledge.demonstrations, spec), settings_of(spec))
     return Hover() if spec.player == "hover" else make_player(spec, knowledge)

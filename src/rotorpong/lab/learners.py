@@ -1,14 +1,17 @@
 """Players that learn, as training and evaluation know them."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Protocol
 
+from rotorpong.control.plant import plant_of
 from rotorpong.drone import Outcome, Player, Verdict
 from rotorpong.experience import Attempt
+from rotorpong.lab.control_settings import control_of
 from rotorpong.lab.spec import Spec
 from rotorpong.play.bandit import BanditPlayer
 from rotorpong.play.lessons import Lesson
-from rotorpong.play.paper import PaperPlayer
+from rotorpong.play.paper import PaperPlayer, PaperSettings
 from rotorpong.play.single import SinglePlayer
 
 
@@ -31,4 +34,13 @@ def learner_of(spec: Spec, lessons: Sequence[Lesson], *, explore: bool = False) 
         InputError: fewer than two lessons.
     """
     kinds = {"paper": PaperPlayer, "single": SinglePlayer, "bandit": BanditPlayer}
-    return kinds[spec.player](lessons, spec.player_settings.of_paper(), explore=explore)
+    return kinds[spec.player](lessons, settings_of(spec), explore=explore)
+
+
+def settings_of(spec: Spec) -> PaperSettings:
+    """Return what the spec says of a player that flies motions.
+
+    Control knows the nominal vehicle, also where trials draw their own.
+    """
+    control, plant = control_of(spec.control), plant_of(spec.setting().vehicle)
+    return replace(spec.player_settings.of_paper(), control=control, plant=plant)

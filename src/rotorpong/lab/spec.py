@@ -17,6 +17,7 @@ from rotorpong.conventions import InputError, require_seed
 from rotorpong.drone import Eyes, Player
 from rotorpong.files import digest_of
 from rotorpong.lab.choices import require_choice
+from rotorpong.lab.control_settings import require_control
 from rotorpong.lab.eye_settings import EYES, NOTHING_SET, EyeSettings
 from rotorpong.lab.player_settings import USUAL, PlayerSettings
 from rotorpong.lab.randomize import require_randomizable
@@ -55,6 +56,7 @@ class Spec:
     ball: str = "orange"  # its colour
     eye_settings: EyeSettings = NOTHING_SET
     player_settings: PlayerSettings = USUAL
+    control: str | None = None  # how motions are flown; None: open, as the paper does
 
     def check(self) -> "Spec":
         """Return the spec if everything in it can be built.
@@ -70,6 +72,7 @@ class Spec:
         require_choice("eyes", self.eyes, EYES)
         require_choice("ball", self.ball, BALL_COLOURS)
         self.eye_settings.check(self.eyes, self.ball)
+        require_control(self.control, self.player)
         self._check_oracle()
         if isinstance(self.vehicle, str):
             require_choice("vehicle", self.vehicle, tuple(VEHICLES))

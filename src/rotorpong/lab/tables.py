@@ -52,6 +52,8 @@ def _unusual(result: dict[str, Any]) -> dict[str, str]:
     found = {what: "yes" for what in ("blackout", "randomize") if result[what]}
     seen = {"ball": result["ball"], **result["eye_settings"]}
     usual = {"ball": "orange", "colour": result["ball"], "circle_fit": "kasa", "diameter": "whole"}
+    seen["control"] = result.get("control", "open")
+    usual["control"] = "open"
     return found | {what: value for what, value in seen.items() if value != usual[what]}
 
 

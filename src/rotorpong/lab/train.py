@@ -21,6 +21,7 @@ from rotorpong.experience import (
     shipped_demonstrations,
 )
 from rotorpong.experience.truth import TruthRow, record
+from rotorpong.lab.control_settings import PAPERS_CONTROL
 from rotorpong.lab.demonstrate import PILOT, Progress
 from rotorpong.lab.evaluate import Knowledge, make_player, remember
 from rotorpong.lab.learners import Learner
@@ -109,6 +110,7 @@ def _unusual(spec: Spec) -> dict[str, Any]:
         "ball": "" if spec.ball == "orange" else spec.ball,
         "eye_settings": spec.eye_settings.unusual(spec.eyes, spec.ball),
         "player_settings": spec.player_settings.unusual(spec.player),
+        "control": "" if spec.control == PAPERS_CONTROL else spec.control,
         "contents": spec.contents(),
     }
     return {what: value for what, value in found.items() if value}

@@ -24,7 +24,7 @@ class NearestPlayer:
 
         Args:
             lessons: at least two demonstrated hits.
-            settings: of which only the trigger has an effect.
+            settings: of which trigger, control and plant have an effect.
 
         Raises:
             InputError: fewer than two lessons.

@@ -4,7 +4,9 @@
    t_i, and the ball's state then is s.
 2. CrKR (6) gives the hitting point delta(s): displacement, velocity, duration.
 3. gamma_k = exp(V_k(s, delta)) weighs the primitives of the library into one.
-4. The motion's velocities are the commands, until the duration is over; then it hovers.
+4. The motion's velocities are the commands, until the duration is over; then it hovers. That is
+   the paper's open loop; feed-forward or closed loop, the motion begins where and when the first
+   command acts, and arrives at the same time.
 5. From a hit it learns (s, delta) with cost 1/r and updates the V_k, each as far as it took part.
 
 s is the state in the camera frame; delta is in level axes aligned with the camera and frozen at
@@ -20,14 +22,14 @@ scales and lambda.
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from rotorpong.control import held_velocity
+from rotorpong.control import Control, Course, Departure, Follower, Plant, follower
 from rotorpong.conventions import InputError
 from rotorpong.drone import HOVER, BallEstimate, Drone, Eyes, Outcome, VelocityCommand, Verdict
 from rotorpong.experience import Attempt
@@ -57,6 +59,8 @@ class PaperSettings:
     selection: Selection = PAPER
     learn_from_misses: bool = False
     tune: bool = False  # length scales and lambda by marginal likelihood, these to begin with
+    control: Control = "open"  # how motions are flown
+    plant: Plant | None = None  # what control knows of the drone; None: a lag of 0.4 s
 
     def estimator(self) -> CrKR | SelfTuningCrKR:
         """Return the regression of hitting points, before any sample."""
@@ -72,7 +76,7 @@ class PaperSettings:
 
 @dataclass(frozen=True, slots=True)
 class Stroke:
-    """A motion towards a hitting point, flown open loop."""
+    """A motion towards a hitting point."""
 
     begin: float  # s, t_i
     ball: Float[ndarray, "6"]  # s
@@ -81,15 +85,34 @@ class Stroke:
     dmp: Dmp
     start: State
 
+    @property
+    def course(self) -> Course:
+        """The motion as a follower takes it."""
+        goal, duration = State(self.goal[:3], self.goal[3:6]), float(self.goal[6])
+
+        def sample(elapsed: Float[ndarray, "n"]) -> tuple[ndarray, ndarray, ndarray]:
+            motion = self.dmp.roll_out(self.start, goal, duration, elapsed)
+            assert motion.acceleration is not None, "a rolled out motion has one"
+            return motion.position, motion.velocity, motion.acceleration
+
+        return Course(self.begin, duration, sample)
+
+    def departing(self, departure: Departure, gone: Float[ndarray, "3"]) -> "Stroke":
+        """Return the stroke that begins where the drone can, without a jerk, to arrive as this.
+
+        Args:
+            departure: when, where and how fast.
+            gone: how far it went from the beginning of this stroke to the departure, m.
+        """
+        late = departure.time - self.begin
+        duration = max(float(self.goal[6]) - late, SHORTEST)
+        goal = np.concatenate([self.goal[:3] - gone, self.goal[3:6], [duration]])
+        start = State(departure.position, departure.velocity, np.zeros(3))
+        return replace(self, begin=departure.time, goal=goal, start=start)
+
     def command(self, now: float, interval: float) -> VelocityCommand:
-        """Return what to command at `now` until the next command, `interval` later (s)."""
-        duration = float(self.goal[6])
-        begin, end = now - self.begin, min(now - self.begin + interval, duration)
-        if end <= begin:
-            return HOVER
-        goal = State(self.goal[:3], self.goal[3:6])
-        motion = self.dmp.roll_out(self.start, goal, duration, np.array([begin, end]))
-        return held_velocity(motion.position[0], motion.position[1], end - begin)
+        """Return what to command, open loop, at `now` until the next, `interval` later (s)."""
+        return follower("open").command(self.course, now, interval)
 
 
 Choice = Callable[[BallEstimate, Float[ndarray, "3"]], Stroke]
@@ -162,16 +185,19 @@ class PaperPlayer:
     def strike(self, drone: Drone, eyes: Eyes, choose: Choice) -> None:
         """Play one serve with the stroke that `choose` returns for the ball at the trigger."""
         self._stroke, self._odometer = None, Odometer()
+        flown, course = follower(self._settings.control, self._settings.plant), None
         interval, before = DEFAULT_INTERVAL, math.nan
         while (observation := drone.observe()) is not None:
             self._odometer.add(observation.navdata)
+            flown.sense(observation.navdata)
             now = observation.arrival_time
             interval = interval if math.isnan(before) else now - before
             before = now
             if self._stroke is None:
                 self._stroke = self._begun(eyes.see(observation), choose)
-            stroke = self._stroke
-            drone.command(HOVER if stroke is None else stroke.command(now, interval))
+                course = None if self._stroke is None else self._course(self._stroke, flown, now)
+            command = HOVER if course is None else flown.command(course, now, interval)
+            flown.sent(now, drone.command(command))
 
     def learn(self, verdict: Verdict) -> None:
         """Learn from the serve just played, if it was a hit or misses are learnt from."""
@@ -266,6 +292,13 @@ class PaperPlayer:
     def _reward(self, attempt: Attempt, reward: float) -> None:
         features = self._features(attempt.state, attempt.hitting_point)
         self._mixture = self._mixture.update(features, reward, attempt.mixture_weights)
+
+    def _course(self, stroke: Stroke, flown: Follower, now: float) -> Course:
+        if self._settings.control == "open":
+            return stroke.course
+        late = now > stroke.begin
+        gone = self._odometer.path(stroke.begin, now).positions[-1] if late else np.zeros(3)
+        return stroke.departing(flown.depart(now), gone).course
 
     def _features(
         self, ball: Float[ndarray, "6"], goal: Float[ndarray, "7"]

@@ -17,6 +17,7 @@ holds, does not fall, so its track ends within a few frames.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import zip_longest
 from typing import NamedTuple
 
 import numpy as np
@@ -67,7 +68,7 @@ CONFIRMED = 4  # sights after which a track is believed to be a ball
 MOST_MISSES, MOST_BLIND = 2, 10  # frames in a row, before and after that
 BOX_SIGMAS, BOX_MARGIN_PX = 4.0, 8.0
 LEAST_SCORE = 0.05
-MOST_CANDIDATES = 4  # of a frame, measured
+MOST_CANDIDATES = 4  # of a search, measured
 LAG = 0.005  # s, over which the picture's motion is told
 DOUBT, UNCHECKED = 0.3, 2.0
 """A disc's covariance grows by 1 + 0.3 d^2, d the disagreement of area and edge; 2 where there is
@@ -309,7 +310,7 @@ class TrackerEyes:
         """Return what may be balls in a box of the frame, best first, and their colours."""
         picture = as_picture(look.frame.region(*box))
         found = []
-        for ball, colour in _candidates(picture, colours)[:MOST_CANDIDATES]:
+        for ball, colour in _candidates(picture, colours):
             center = ball.x_px + box[0], ball.y_px + box[1]
             guess = self._guess(center, ball.diameter_px, motion, math.inf)
             x0, y0, x1, y1 = region_around(guess, self._camera.width_px, self._camera.height_px)
@@ -413,17 +414,18 @@ class TrackerEyes:
 
 
 def _candidates(picture: Picture, colours: Sequence[Colour]) -> list[tuple[Detection, Colour]]:
-    """Return what may be balls, best first, and of which colour.
+    """Return what may be balls, the best of each search first, and of which colour.
 
-    A ball without a hue is before walls of its own colour, from which no one threshold tells it.
+    A ball without a hue is before walls of its own colour, from which no one threshold tells it:
+    all are tried as well, which finds large ones.
     """
-    found = [
-        (ball, colour)
+    rankings = [
+        [(ball, colour) for ball in search(picture, [colour]) if ball.score >= LEAST_SCORE]
         for colour in colours
-        for ball in (find_balls if colour.has_hue else detect)(picture, [colour])
-        if ball.score >= LEAST_SCORE
+        for search in ((find_balls,) if colour.has_hue else (find_balls, detect))
     ]
-    return sorted(found, key=lambda one: -one[0].score)
+    best = [ranking[:MOST_CANDIDATES] for ranking in rankings]
+    return [one for rank in zip_longest(*best) for one in rank if one is not None]
 
 
 def _cross(vector: Vector3) -> Rotation:

@@ -3,8 +3,8 @@
 Every player meets the same human serves with the paper's eyes (the oracle with true states: it is
 the bound). Those that learn train on their own hits first, each with the same training balls, and
 are measured with the first 0, 40 and 170 of these hits. Rates are in per cent, with Wilson's 95 %
-interval. About ten minutes with two cores; with --quick one minute, and far too few balls to tell
-players apart.
+interval. More than ten minutes with two cores; with --quick a minute or two, and far too few balls
+to tell players apart.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -35,6 +35,7 @@ ACHIEVED = PlayerSettings(labels="achieved")
 WIDE = PlayerSettings(length_scale=12.0, regularization=0.002)
 """The kernel reaches over all serves that come, and a label is as noisy as the blade is large."""
 TUNED = PlayerSettings(tune=True)
+AHEAD = "feed-forward"
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +84,11 @@ def entrants(own: str | None = None, *, seed: int = 0) -> tuple[Entrant, ...]:
         Entrant("paper, labels achieved", Spec("paper", player_settings=ACHIEVED)),
         Entrant(PAPERS, Spec("paper")),
         Entrant("paper, length scale 12, lambda 0.002", Spec("paper", player_settings=WIDE)),
+        Entrant("paper, feed-forward", Spec("paper", control=AHEAD)),
+        Entrant(
+            "paper, length scale 12, lambda 0.002, feed-forward",
+            Spec("paper", player_settings=WIDE, control=AHEAD),
+        ),
         Entrant("paper, tuned CrKR", Spec("paper", player_settings=TUNED)),
         Entrant("bandit on the hitting point", Spec("bandit")),
         Entrant("oracle, true states", Spec("oracle", eyes="truth")),

@@ -16,7 +16,7 @@ from rotorpong.lab.bench.rows import Row
 
 REACH_BALLS = 100  # of each kind on each vehicle; reach_rows.rows(balls=...) takes more
 
-Suite = Literal["world", "eyes", "primitives", "learning", "players"]
+Suite = Literal["world", "eyes", "primitives", "learning", "control", "players"]
 BELONGS: Mapping[str, tuple[Suite, ...]] = {  # what can be ordered of some suites only
     "peers": ("world", "primitives", "learning"),
     **dict.fromkeys(("flights", "events"), ("world",)),
@@ -167,6 +167,7 @@ LEARNING = (
         lambda order: order.peers,
     ),
 )
+CONTROL = (Section("control", lambda order, tell: _module("control_rows").rows(quick=order.quick)),)
 PLAYERS = (
     Section(
         "players",
@@ -180,6 +181,7 @@ SUITES: Mapping[Suite, tuple[Section, ...]] = {
     "eyes": EYES,
     "primitives": PRIMITIVES,
     "learning": LEARNING,
+    "control": CONTROL,
     "players": PLAYERS,
 }
 
