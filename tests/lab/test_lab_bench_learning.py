@@ -12,7 +12,7 @@ from rotorpong.learning import CrKR, Selection
 def test_peers_are_asked_for_and_belong_to_their_suite(tmp_path):
     titles = [section.title for section in SUITES["learning"] if section.asked(Order("learning"))]
     assert titles == ["learning", "selecting"]
-    with pytest.raises(InputError, match="--peers with bench eyes: belongs to bench world or lear"):
+    with pytest.raises(InputError, match="--peers with bench eyes: belongs to bench world or "):
         Order("eyes", peers=True).check()
     (tmp_path / "one.py").write_text("def require(): raise ImportError('gone')")
     peers.require(tmp_path, suite="learning")

@@ -1,7 +1,8 @@
 """The candidate balls of one picture, in pixels and, where the camera is known, in metres.
 
-Both ways begin with `detect`. The paper's keeps its circle: least squares through the outline, the
-distance by Eq. (1) corrected off the axis. The tracker's goes on from there, ball by ball:
+Both ways begin with `detect`; where another circle or whole pixels are asked for, with the outlines
+of the quick search, as the paper's eyes. The paper's way keeps its circle: least squares through
+the outline, the distance by Eq. (1) corrected off the axis. The tracker's goes on, ball by ball:
 
     circle -> matte, sub-pixel disc with its covariance -> exact sphere
 
