@@ -11,9 +11,9 @@ from test_cli import ask, complaint, is_one_line_of_json
 from rotorpong.lab.bench.timing import LIBRARIES
 
 BAD = {
-    "bench": "Missing from rotorpong bench: {world,eyes,primitives,learning,control}",
+    "bench": "Missing from rotorpong bench: {world,eyes,primitives,learning,control,players}",
     "bench moon": "invalid choice 'moon' for argument 'what'. "
-    "Expected one of ('world', 'eyes', 'primitives', 'learning', 'control')",
+    "Expected one of ('world', 'eyes', 'primitives', 'learning', 'control', 'players')",
     "bench world --seed -1": "seed -1: expected a whole number",
     "bench world --flights gone": "--flights gone: expected a folder of measured flights",
     "bench world --flights text": "--flights text: expected a folder of measured flights",
@@ -28,6 +28,7 @@ BAD = {
     "bench eyes --images gone": "gone: expected a folder of pictures with labels",
     "bench eyes --images empty": "empty: no picture in it or in its folders",
     "bench eyes --ball-class 0": "--ball-class: expected --images beside it",
+    "bench players --player hover": "plays anyway or is none; expected FILE.py:CLASS",
     "bench world --quick 3": "Unrecognized options: 3",
 }
 

@@ -7,9 +7,11 @@ import pytest
 
 from rotorpong.conventions import InputError, StoreError
 from rotorpong.experience import create, open_store, shipped_demonstrations
-from rotorpong.lab.control_settings import CONTROLS, control_of
+from rotorpong.lab.control_settings import CONTROLS, STEERABLE, control_of
 from rotorpong.lab.evaluate import Knowledge, evaluate, header, make_player
-from rotorpong.lab.spec import Spec
+from rotorpong.lab.learners import settings_of
+from rotorpong.lab.player_settings import PlayerSettings
+from rotorpong.lab.spec import DECIDING_ONCE, Spec
 from rotorpong.lab.train import run_of
 
 SPEC = Spec(eyes="truth", seed=4)
@@ -45,11 +47,17 @@ def test_an_evaluation_says_how_motions_were_flown_if_any_were():
     assert "control" not in header(replace(SPEC, player="hover"), 1)
 
 
-def test_the_same_serves_are_flown_otherwise_and_open_is_as_ever():
+def test_all_that_decide_once_fly_a_motion_and_steer():
+    assert STEERABLE == DECIDING_ONCE
+
+
+@pytest.mark.parametrize("player", STEERABLE)
+def test_the_same_serves_are_flown_otherwise_and_open_is_as_ever(player):
     known = Knowledge(shipped_demonstrations())
     misses = {
         control: [
-            r.miss_distance for r in evaluate(replace(SPEC, control=control), 3, knowledge=known)
+            r.miss_distance
+            for r in evaluate(replace(SPEC, player=player, control=control), 3, knowledge=known)
         ]
         for control in (None, *CONTROLS)
     }
@@ -66,3 +74,15 @@ def test_control_knows_the_nominal_drone_also_where_trials_draw_their_own():
     settings = player._settings
     assert settings.control == control_of("closed-loop") == "closed_loop"
     assert [axis.dead_time for axis in settings.plant.axes] == [0.1] * 3
+
+
+def test_control_and_settings_of_learning_are_chosen_side_by_side():
+    learning = PlayerSettings("achieved", 12.0, 0.002)
+    spec = replace(SPEC, control="feed-forward", player_settings=learning)
+    settings = settings_of(spec.check())
+    assert (settings.control, settings.labels) == ("feed_forward", "achieved")
+    assert (settings.length_scale, settings.regularization) == (12.0, 0.002)
+    kept = run_of(spec).spec
+    assert (kept["control"], kept["player_settings"]["labels"]) == ("feed-forward", "achieved")
+    head = header(spec, 1)
+    assert (head["control"], head["player_settings"]["length_scale"]) == ("feed-forward", 12.0)

@@ -22,7 +22,7 @@ KEYS = {
     *("hit_rate_interval", "reachable", "hits_of_reachable", "hit_rate_of_reachable"),
     *("near_hits", "returned", "miss_distance_median_m", "trials"),
     *("racket", "blackout", "randomize", "experience", "contents", "version"),
-    *("hit_rate_of_reachable_interval", "ball", "eye_settings"),
+    *("hit_rate_of_reachable_interval", "ball", "eye_settings", "player_settings", "control"),
 }
 TRIAL_KEYS = {"index", "outcome", "reachable", "miss_distance_m", "time_error_s", "landing_x_m"}
 
@@ -81,11 +81,11 @@ def test_the_summary_adds_up(paper):
 
 
 def test_the_summary_names_everything_that_was_asked_for():
-    spec = Spec("hover", "paper", "ardrone2", "gazebo", "hard", 3, racket="rubber", randomize=True)
-    spec = replace(spec, blackout=True)
+    spec = Spec("nearest", "paper", "ardrone2", "gazebo", "hard", 3, racket="rubber")
+    spec = replace(spec, randomize=True, blackout=True, control="closed-loop")
     found = summary(spec, (), header(spec, 0, Path("own.sqlite")))
     settings = spec.eye_settings.as_json(spec.eyes, spec.ball)
-    asked = {**asdict(spec), "eye_settings": settings}
+    asked = {**asdict(spec), "eye_settings": settings, "player_settings": {}}
     assert {key: found[key] for key in asked} == asked
     assert (found["experience"], found["version"]) == ("own.sqlite", __version__)
     assert (summary(spec, ())["experience"], found["contents"]) == (None, {})

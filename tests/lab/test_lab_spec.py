@@ -52,7 +52,7 @@ def test_vehicle_and_camera_are_names_or_objects():
         (
             "player",
             "nobody",
-            "unknown player 'nobody': expected one of hover, paper, oracle, or your own",
+            "unknown player 'nobody': expected one of hover, nearest, single, paper,",
         ),
         ("player", "", "unknown player ''"),
         ("player", "own.py", "unknown player 'own.py'"),

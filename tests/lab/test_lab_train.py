@@ -248,7 +248,7 @@ def test_a_run_as_the_paper_has_it_says_nothing_of_balls_and_eyes():
 
 def test_players_that_cannot_learn_are_refused(tmp_path):
     for player in ("hover", write_player(tmp_path, STILL)):
-        with pytest.raises(InputError, match="cannot learn: expected one of paper"):
+        with pytest.raises(InputError, match="cannot learn: expected one of single, paper, bandit"):
             train(Spec(player), 1, tmp_path / "run.sqlite")
     assert not (tmp_path / "run.sqlite").exists()
 

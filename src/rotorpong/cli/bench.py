@@ -15,11 +15,12 @@ class Bench(Common):
 
     seed: int = 0
     """Taken by every command; what is measured here has seeds of its own."""
-    what: Positional[Literal["world", "eyes", "primitives", "learning", "control"]]
+    what: Positional[Literal["world", "eyes", "primitives", "learning", "control", "players"]]
     """world: the simulator. eyes: how well a ball is measured, followed and predicted. primitives:
     how fast and how exactly motions are fitted and rolled out. learning: how well, how exactly and
     how fast is learnt where to hit, and with which primitive. control: how exactly motions are
-    flown."""
+    flown. players: who hits how many of the same balls, and how that grows with learning (over ten
+    minutes)."""
 
     peers: FlagCreatePairsOff[bool] = False
     """Measure peers as well: needs a checkout and the extra bench."""
@@ -34,7 +35,10 @@ class Bench(Common):
     colour: str | None = None
     """To look for in the pictures, as detect takes it; by default orange, and orange,white."""
     out: Path | None = None
-    """Folder for figures: of growth with balls, trials, pixels and workers; of the eyes' errors."""
+    """Folder for figures: of growth with balls, trials, pixels and workers; of the eyes' errors; of
+    learning curves."""
+    player: str | None = None
+    """Your own as FILE.py:CLASS, to play against ours."""
     quick: FlagCreatePairsOff[bool] = False
     """Few repetitions, rough numbers, and nothing that takes minutes (render, reach, batch)."""
 
@@ -54,6 +58,7 @@ class Bench(Common):
             self.images,
             self.ball_class,
             self.colour,
+            self.player,
         ).check()
         if not is_single_thread():
             say("numeric libraries run as many threads as they like: OMP_NUM_THREADS etc. unset")

@@ -25,7 +25,7 @@ class Match(Common):
     """Who plays against what."""
 
     player: str = "paper"
-    """hover, paper, oracle, or your own as FILE.py:CLASS."""
+    """hover, nearest, single, paper, bandit, oracle, or your own as FILE.py:CLASS."""
     eyes: str = "paper"
     """truth, paper or tracker."""
     vehicle: str = "tum_gazebo"
@@ -44,18 +44,35 @@ class Match(Common):
     diameter: str | None = None
     """Of eyes paper: whole pixels as in the paper (the default), or float."""
 
+    labels: str | None = None
+    """Of player paper or single, what hitting points are learnt from: commanded (where it meant to
+    be, the default) or achieved (where it was, as in the paper)."""
+    length_scale: float | None = None
+    """Of players paper, single and bandit: of CrKR's kernel, in standard deviations of the
+    demonstrations; 3 by default."""
+    regularization: float | None = None
+    """Of the same players: lambda of CrKR, the variance of a label in m^2; 0.1 by default."""
+    tune: FlagCreatePairsOff[bool] = False
+    """Of the same players: CrKR finds length scales and lambda itself, by marginal likelihood."""
     control: str | None = None
-    """How a motion is flown, player paper: open as in the paper (the default), feed-forward, or
-    closed-loop."""
+    """How motions are flown, players nearest, single, paper and bandit: open as in the paper (the
+    default), feed-forward, or closed-loop."""
 
     def spec(self, **more: Any) -> Any:
         """Return the checked spec of this match; `more` are fields that not every match has."""
         from rotorpong.lab.eye_settings import EyeSettings
+        from rotorpong.lab.player_settings import PlayerSettings
         from rotorpong.lab.spec import Spec
 
         match = (self.player, self.eyes, self.vehicle, self.camera, self.serves, self.seed)
-        settings = EyeSettings(self.circle_fit, self.diameter, self.colour)
-        chosen = {"ball": self.ball, "eye_settings": settings, "control": self.control}
+        chosen = {
+            "ball": self.ball,
+            "eye_settings": EyeSettings(self.circle_fit, self.diameter, self.colour),
+            "player_settings": PlayerSettings(
+                self.labels, self.length_scale, self.regularization, self.tune or None
+            ),
+            "control": self.control,
+        }
         return Spec(*match, **chosen, **more).check()
 
 
@@ -81,10 +98,12 @@ def knowledge_of(spec: Any, experience: Path | None) -> Any:
     if experience is None:
         return None
     from rotorpong.lab import train
+    from rotorpong.lab.spec import LEARNERS
 
     run, knowledge = train.knowledge_of(experience)
     ours = train.run_of(spec)
-    for what in ("eyes", "camera", "vehicle", "serves"):
+    whose = ("player",) if spec.player in LEARNERS else ()
+    for what in (*whose, "eyes", "camera", "vehicle", "serves"):
         then, now = getattr(run, what), getattr(ours, what)
         if run.identity()[what] != ours.identity()[what]:
             contents = f"{what} {then}, not {now}" if then != now else f"another {what} {now}"

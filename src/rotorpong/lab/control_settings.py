@@ -15,7 +15,7 @@ from rotorpong.lab.choices import require_choice
 
 CONTROLS = ("open", "feed-forward", "closed-loop")
 PAPERS_CONTROL = "open"
-STEERABLE = ("paper",)  # players that fly a motion
+STEERABLE = ("nearest", "single", "paper", "bandit")  # players that fly a motion
 
 
 def require_control(control: str | None, player: str) -> None:

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from rotorpong import __version__
-from rotorpong.control.plant import plant_of
 from rotorpong.drone import Outcome, Player
 from rotorpong.experience import Demonstration, Trial, shipped_demonstrations
-from rotorpong.lab.control_settings import PAPERS_CONTROL, STEERABLE, control_of
+from rotorpong.lab.control_settings import PAPERS_CONTROL, STEERABLE
 from rotorpong.lab.demonstrate import Progress, lessons_of
+from rotorpong.lab.learners import Learner, learner_of, settings_of
 from rotorpong.lab.oracle import Gate, Oracle
 from rotorpong.lab.reachable import is_reachable
 from rotorpong.lab.spec import Spec, own_player
@@ -24,7 +24,7 @@ from rotorpong.lab.statistics import rate, wilson_interval
 from rotorpong.lab.trial import Controls, new_drone, play_trial, stage_of
 from rotorpong.lab.workers import in_workers
 from rotorpong.play.hover import Hover
-from rotorpong.play.paper import PaperPlayer, PaperSettings
+from rotorpong.play.nearest import NearestPlayer
 
 CHUNK = 10  # trials that a worker takes at once
 
@@ -101,6 +101,7 @@ def header(spec: Spec, balls: int, experience: Path | None = None) -> dict[str, 
         "randomize": spec.randomize,
         "ball": spec.ball,
         "eye_settings": spec.eye_settings.as_json(spec.eyes, spec.ball),
+        "player_settings": spec.player_settings.as_json(spec.player),
         **({"control": spec.control or PAPERS_CONTROL} if spec.player in STEERABLE else {}),
         "experience": None if experience is None else str(experience),
         "contents": spec.contents(),
@@ -143,18 +144,14 @@ def summary(
     }
 
 
-def make_player(spec: Spec, knowledge: Knowledge, *, explore: bool = False) -> PaperPlayer:
-    """Return the paper's player with what it knows."""
-    settings = PaperSettings(
-        control=control_of(spec.control), plant=plant_of(spec.setting().vehicle)
-    )
-    lessons = lessons_of(knowledge.demonstrations, spec)
-    player = PaperPlayer(lessons, settings, explore=explore)
-    remember_hits(player, knowledge.trials)
+def make_player(spec: Spec, knowledge: Knowledge, *, explore: bool = False) -> Learner:
+    """Return the spec's player, one that learns, with what it knows."""
+    player = learner_of(spec, lessons_of(knowledge.demonstrations, spec), explore=explore)
+    remember(player, knowledge.trials)
     return player
 
 
-def remember_hits(player: PaperPlayer, trials: Sequence[Trial]) -> None:
+def remember(player: Learner, trials: Sequence[Trial]) -> None:
     """Teach `player` what it learnt from these trials when it played them."""
     for trial in trials:
         player.recall(trial.outcome, trial.attempt, trial.reward)
@@ -220,4 +217,6 @@ def player_of(spec: Spec, knowledge: Knowledge) -> Player:
     """Return the spec's player, one of ours, with what it knows."""
     if spec.player == "oracle":
         return Oracle()
+    if spec.player == "nearest":
+        return NearestPlayer(lessons_of(knowledge.demonstrations, spec), settings_of(spec))
     return Hover() if spec.player == "hover" else make_player(spec, knowledge)

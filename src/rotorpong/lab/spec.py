@@ -19,6 +19,7 @@ from rotorpong.files import digest_of
 from rotorpong.lab.choices import require_choice
 from rotorpong.lab.control_settings import require_control
 from rotorpong.lab.eye_settings import EYES, NOTHING_SET, EyeSettings
+from rotorpong.lab.player_settings import USUAL, PlayerSettings
 from rotorpong.lab.randomize import require_randomizable
 from rotorpong.lab.serving import SERVE_KINDS, serve_source
 from rotorpong.lab.tracking import tracker_eyes
@@ -32,8 +33,9 @@ from rotorpong.world.racket import RACKETS
 from rotorpong.world.simulated_drone import Setting, SimulatedDrone
 from rotorpong.world.truth_eyes import TruthEyes
 
-PLAYERS = ("hover", "paper", "oracle")
-LEARNERS = ("paper",)
+DECIDING_ONCE = ("nearest", "single", "paper", "bandit")  # when the ball passes the plane
+PLAYERS = ("hover", *DECIDING_ONCE, "oracle")
+LEARNERS = ("single", "paper", "bandit")
 VEHICLES: dict[str, Vehicle] = {v.name: v for v in (TUM_GAZEBO, ARDRONE2, ARDRONE2_RAW)}
 LARGEST_COUNT = 10_000_000
 
@@ -53,6 +55,7 @@ class Spec:
     randomize: bool = False  # every trial meets a drone, ball, camera and room of its own
     ball: str = "orange"  # its colour
     eye_settings: EyeSettings = NOTHING_SET
+    player_settings: PlayerSettings = USUAL
     control: str | None = None  # how motions are flown; None: open, as the paper does
 
     def check(self) -> "Spec":
@@ -65,6 +68,7 @@ class Spec:
             own_player(self.player)
         else:
             require_choice("player", self.player, PLAYERS, "or your own as FILE.py:CLASS")
+        self.player_settings.check(self.player)
         require_choice("eyes", self.eyes, EYES)
         require_choice("ball", self.ball, BALL_COLOURS)
         self.eye_settings.check(self.eyes, self.ball)

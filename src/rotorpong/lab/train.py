@@ -23,12 +23,12 @@ from rotorpong.experience import (
 from rotorpong.experience.truth import TruthRow, record
 from rotorpong.lab.control_settings import PAPERS_CONTROL
 from rotorpong.lab.demonstrate import PILOT, Progress
-from rotorpong.lab.evaluate import Knowledge, make_player, remember_hits
+from rotorpong.lab.evaluate import Knowledge, make_player, remember
+from rotorpong.lab.learners import Learner
 from rotorpong.lab.spec import LEARNERS, Spec
 from rotorpong.lab.statistics import rate
 from rotorpong.lab.trial import Played, Stage, play_trial, stage_of
 from rotorpong.play.lessons import reward_of
-from rotorpong.play.paper import PaperPlayer
 
 MOST_BALLS_PER_HIT = 20
 
@@ -109,6 +109,7 @@ def _unusual(spec: Spec) -> dict[str, Any]:
         "randomize": spec.randomize,
         "ball": "" if spec.ball == "orange" else spec.ball,
         "eye_settings": spec.eye_settings.unusual(spec.eyes, spec.ball),
+        "player_settings": spec.player_settings.unusual(spec.player),
         "control": "" if spec.control == PAPERS_CONTROL else spec.control,
         "contents": spec.contents(),
     }
@@ -133,10 +134,10 @@ def _opened(
 
 
 def _train(
-    stage: Stage, player: PaperPlayer, hits: int, store: Store, progress: Progress | None
+    stage: Stage, player: Learner, hits: int, store: Store, progress: Progress | None
 ) -> Trained:
     trials = store.trials()
-    remember_hits(player, trials)
+    remember(player, trials)
     index, won = len(trials), sum(trial.outcome == "hit" for trial in trials)
     while won < hits and index < MOST_BALLS_PER_HIT * hits:
         played = play_trial(stage, index, player)
@@ -148,7 +149,7 @@ def _train(
     return Trained(index, won)
 
 
-def _trial(played: Played, player: PaperPlayer) -> Trial:
+def _trial(played: Played, player: Learner) -> Trial:
     verdict = played.verdict
     return Trial(
         played.index,

@@ -21,7 +21,7 @@ scales and lambda.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -43,6 +43,8 @@ SHORTEST, LONGEST = 0.2, 1.5  # s: durations that a motion is given
 DEFAULT_INTERVAL = 1.0 / 30.0  # s, between commands as long as only one frame was seen
 SMALLEST_SD = 1e-3  # of a standardised quantity that hardly varies in the demonstrations
 
+Labels = Literal["commanded", "achieved"]
+
 
 @dataclass(frozen=True, slots=True)
 class PaperSettings:
@@ -50,7 +52,7 @@ class PaperSettings:
 
     plane_distance: float = 2.5  # m
     trigger: Literal["plane", "distance"] = "plane"
-    labels: Literal["commanded", "achieved"] = "commanded"
+    labels: Labels = "commanded"
     exploration_sd: float = 0.10  # m, each axis of the hitting point's position, in training
     length_scale: float = 3.0  # of CrKR, in standard deviations of the demonstrations
     regularization: float = 0.1  # lambda of Eq. (6)
@@ -113,6 +115,15 @@ class Stroke:
         return follower("open").command(self.course, now, interval)
 
 
+Choice = Callable[[BallEstimate, Float[ndarray, "3"]], Stroke]
+"""From the ball at the trigger and the body's velocity (level camera axes, m/s) to a stroke."""
+
+
+def ball_of(estimate: BallEstimate) -> Float[ndarray, "6"]:
+    """Return s: position (m) and velocity (m/s) of an estimated ball, camera frame."""
+    return np.concatenate([estimate.position, estimate.velocity])
+
+
 @dataclass(frozen=True, slots=True)
 class _Scale:
     """Mean and standard deviation of the demonstrations, frozen."""
@@ -165,6 +176,14 @@ class PaperPlayer:
 
     def play(self, drone: Drone, eyes: Eyes, rng: np.random.Generator) -> None:
         """Play one serve."""
+        self.strike(
+            drone,
+            eyes,
+            lambda seen, velocity: self.stroke(seen, self.aim(seen, rng), velocity, rng),
+        )
+
+    def strike(self, drone: Drone, eyes: Eyes, choose: Choice) -> None:
+        """Play one serve with the stroke that `choose` returns for the ball at the trigger."""
         self._stroke, self._odometer = None, Odometer()
         flown, course = follower(self._settings.control, self._settings.plant), None
         interval, before = DEFAULT_INTERVAL, math.nan
@@ -175,7 +194,7 @@ class PaperPlayer:
             interval = interval if math.isnan(before) else now - before
             before = now
             if self._stroke is None:
-                self._stroke = self._stroke_at(eyes.see(observation), rng)
+                self._stroke = self._begun(eyes.see(observation), choose)
                 course = None if self._stroke is None else self._course(self._stroke, flown, now)
             command = HOVER if course is None else flown.command(course, now, interval)
             flown.sent(now, drone.command(command))
@@ -220,6 +239,20 @@ class PaperPlayer:
         standard = self._ball_scale.standard(ball)[None]
         return self._crkr.predict(standard)[0] + self._goal_scale.mean
 
+    def aim(self, estimate: BallEstimate, rng: np.random.Generator) -> Float[ndarray, "7"]:
+        """Return the hitting point for the ball at the trigger, varied where this player explores.
+
+        `rng` is left alone where it does not.
+        """
+        goal = self.hitting_point(ball_of(estimate))
+        if self._explore:
+            goal[:3] += rng.normal(0.0, self._settings.exploration_sd, size=3)
+        return goal
+
+    def standardised(self, ball: Float[ndarray, "6"]) -> Float[ndarray, "6"]:
+        """Return a ball in standard deviations of the demonstrated balls from their mean."""
+        return self._ball_scale.standard(ball)
+
     def triggers(self, estimate: BallEstimate) -> bool:
         """Tell whether a ball is so near that the stroke begins."""
         return self._settings.triggers(estimate)
@@ -230,6 +263,8 @@ class PaperPlayer:
         goal: Float[ndarray, "7"],
         velocity: Float[ndarray, "3"],
         rng: np.random.Generator | None = None,
+        *,
+        weights: Float[ndarray, "k"] | None = None,
     ) -> Stroke:
         """Return the motion that the library mixes for a hitting point.
 
@@ -239,21 +274,20 @@ class PaperPlayer:
                 which is kept within what a motion may take.
             velocity: of the body at the trigger, level camera axes, m/s.
             rng: throws the dice of the rule of selection, if it needs any.
+            weights: of the primitives; None: those of the mixture.
         """
-        ball = np.concatenate([estimate.position, estimate.velocity])
+        ball = ball_of(estimate)
         goal = np.append(goal[:6], np.clip(goal[6], SHORTEST, LONGEST))
-        features = self._features(ball, goal)
-        weights = self._mixture.select(features, self._settings.selection, rng)
+        if weights is None:
+            features = self._features(ball, goal)
+            weights = self._mixture.select(features, self._settings.selection, rng)
         start = State(np.zeros(3), velocity)
         return Stroke(estimate.time, ball, goal, weights, self.library.mix(weights), start)
 
-    def _stroke_at(self, estimate: BallEstimate | None, rng: np.random.Generator) -> Stroke | None:
+    def _begun(self, estimate: BallEstimate | None, choose: Choice) -> Stroke | None:
         if estimate is None or not self.triggers(estimate):
             return None
-        goal = self.hitting_point(np.concatenate([estimate.position, estimate.velocity]))
-        if self._explore:
-            goal[:3] += rng.normal(0.0, self._settings.exploration_sd, size=3)
-        return self.stroke(estimate, goal, self._odometer.velocity(estimate.time), rng)
+        return choose(estimate, self._odometer.velocity(estimate.time))
 
     def _reward(self, attempt: Attempt, reward: float) -> None:
         features = self._features(attempt.state, attempt.hitting_point)

@@ -29,10 +29,11 @@ from rotorpong.conventions import CAMERA_FROM_BODY_AXES
 from rotorpong.drone import HOVER, Navdata, VelocityCommand
 from rotorpong.experience import shipped_demonstrations
 from rotorpong.lab.bench.rows import Row
-from rotorpong.lab.evaluate import Knowledge, make_player
+from rotorpong.lab.demonstrate import lessons_of
 from rotorpong.lab.spec import Spec
 from rotorpong.physics.ardrone2 import ARDRONE2, ARDRONE2_RAW
 from rotorpong.physics.vehicle import TICK, TUM_GAZEBO, Vehicle
+from rotorpong.play.paper import PaperPlayer
 from rotorpong.primitives import Dmp, State
 from rotorpong.world.sensors import draw_sensors, read
 
@@ -224,9 +225,9 @@ class _Flight:
 
 def _mixture() -> Dmp:
     """Return the even mixture of the shipped demonstrations."""
-    player = make_player(Spec(eyes="truth"), Knowledge(shipped_demonstrations()))
-    count = len(player.library.primitives)
-    return player.library.mix(np.full(count, 1.0 / count))
+    library = PaperPlayer(lessons_of(shipped_demonstrations(), Spec(eyes="truth"))).library
+    count = len(library.primitives)
+    return library.mix(np.full(count, 1.0 / count))
 
 
 def _is_cut(task: Task, plant: Plant) -> bool:

@@ -20,6 +20,7 @@ class Row:
     better: Literal["more", "less"] = "more"  # which side of the target is good
     peer: str | None = None  # what `ratio` compares with
     ratio: float | None = None  # how many times better than the peer, above 1 is better
+    interval: tuple[float, float] | None = None  # 95 %, of the value
 
     @property
     def met(self) -> bool | None:
@@ -41,6 +42,8 @@ class Row:
             known |= {"target": self.target, "met": self.met}
         if self.peer is not None:
             known |= {"peer": self.peer, "ratio": self.ratio}
+        if self.interval is not None:
+            known |= {"interval": self.interval}
         return known
 
 

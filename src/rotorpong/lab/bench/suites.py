@@ -16,11 +16,12 @@ from rotorpong.lab.bench.rows import Row
 
 REACH_BALLS = 100  # of each kind on each vehicle; reach_rows.rows(balls=...) takes more
 
-Suite = Literal["world", "eyes", "primitives", "learning", "control"]
+Suite = Literal["world", "eyes", "primitives", "learning", "control", "players"]
 BELONGS: Mapping[str, tuple[Suite, ...]] = {  # what can be ordered of some suites only
     "peers": ("world", "primitives", "learning"),
     **dict.fromkeys(("flights", "events"), ("world",)),
-    "out": ("world", "eyes"),
+    "out": ("world", "eyes", "players"),
+    "player": ("players",),
     **dict.fromkeys(("images", "ball_class", "colour"), ("eyes",)),
 }
 
@@ -40,6 +41,7 @@ class Order:
     images: Path | None = None  # labelled pictures, a folder
     ball_class: int | None = None  # in their labels
     colour: str | None = None  # to look for in them, as `detect` takes it
+    player: str | None = None  # a user's own, as FILE.py:CLASS
 
     def check(self) -> "Order":
         """Return the order if all that it names can be read and written, before all measuring.
@@ -58,6 +60,8 @@ class Order:
         if self.events is not None:
             _module("real_events").require(self.events)
         self._check_images()
+        if self.player is not None:
+            _module("player_rows").require(self.player)
         if self.peers:
             _module("peers").require(suite=self.suite)
         if self.out is not None:
@@ -164,12 +168,21 @@ LEARNING = (
     ),
 )
 CONTROL = (Section("control", lambda order, tell: _module("control_rows").rows(quick=order.quick)),)
+PLAYERS = (
+    Section(
+        "players",
+        lambda order, tell: _module("player_rows").rows(
+            _named(tell, "players"), own=order.player, out=order.out, quick=order.quick
+        ),
+    ),
+)
 SUITES: Mapping[Suite, tuple[Section, ...]] = {
     "world": WORLD,
     "eyes": EYES,
     "primitives": PRIMITIVES,
     "learning": LEARNING,
     "control": CONTROL,
+    "players": PLAYERS,
 }
 
 
@@ -186,7 +199,7 @@ def measure(order: Order, advance: Advance) -> tuple[Row, ...]:
         advance(f"bench: {section.title}", done, len(chosen))
         rows.extend(section.rows(order, advance))
         advance(f"bench: {section.title}", len(chosen), len(chosen))
-    if order.out is not None:
+    if order.out is not None and order.suite in {"world", "eyes"}:
         advance("bench: figures", 0, 1)
         if order.suite == "world":
             _module("growth").draw_growth(order.out, quick=order.quick)

@@ -33,4 +33,7 @@ def _cells(row: Row) -> list[str]:
     target = "" if row.target is None else f"{sign} {number(row.target)}"
     met = {None: "", True: "yes", False: "[red]no[/red]"}[row.met]
     ratio = "" if row.ratio is None else number(row.ratio)
-    return [escape(row.name), number(row.value), row.unit, target, met, ratio, row.peer or ""]
+    value = number(row.value)
+    if row.interval is not None:
+        value += " ({:.3g} - {:.3g})".format(*row.interval)
+    return [escape(row.name), value, row.unit, target, met, ratio, row.peer or ""]

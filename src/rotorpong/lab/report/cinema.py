@@ -19,6 +19,7 @@ from rotorpong.conventions import Picture
 from rotorpong.lab.footage import Sight, Take
 from rotorpong.lab.report.film import circle_in_picture
 from rotorpong.lab.report.onlooker import HEIGHT, WIDTH, Instant, picture_of, seen_at
+from rotorpong.lab.spec import DECIDING_ONCE
 from rotorpong.lab.trial import Stage
 from rotorpong.world.contact import TICK
 
@@ -198,14 +199,14 @@ def _newest(sights: tuple[Sight, ...], time: float) -> Sight | None:
 
 
 def _draw_clock(picture: Picture, scenery: Scenery, time: float) -> None:
-    """Draw the time line below the panels, with the instant at which a paper's player decides."""
+    """Draw the time line below the panels, and when a player that does so once decides."""
     y, x0, x1 = HEAD + HEIGHT + 9, 14, FRAME_SIZE[0] - 14
     here = x0 + round((x1 - x0) * min(time / scenery.duration, 1.0))
     cv2.line(picture, (x0, y), (x1, y), (70, 66, 62), 3, cv2.LINE_AA)
     cv2.line(picture, (x0, y), (here, y), CLOCK, 3, cv2.LINE_AA)
     cv2.circle(picture, (here, y), 5, PALE, -1, cv2.LINE_AA)
     trigger = scenery.take.trigger
-    if trigger is not None and scenery.stage.spec.player == "paper":
+    if trigger is not None and scenery.stage.spec.player in DECIDING_ONCE:
         there = x0 + round((x1 - x0) * trigger.time / scenery.duration)
         cv2.line(picture, (there, y - 6), (there, y + 6), MARK, 2, cv2.LINE_AA)
 
