@@ -3,7 +3,7 @@
 Every player meets the same human serves with the paper's eyes (the oracle with true states: it is
 the bound). Those that learn train on their own hits first, each with the same training balls, and
 are measured with the first 0, 40 and 170 of these hits. Rates are in per cent, with Wilson's 95 %
-interval. More than ten minutes with two cores; with --quick a minute or two, and far too few balls
+interval. More than ten minutes with two cores; with --quick one minute, and far too few balls
 to tell players apart.
 """
 
