@@ -231,3 +231,13 @@ def test_a_height_that_is_told_is_taken():
 def test_a_question_without_an_answer_is_told_why(wrong, said):
     with pytest.raises(InputError, match=said):
         predict_flights(EXAMPLE, Question(**wrong), quiet)
+
+
+def test_a_target_right_after_the_window_counts():
+    """The place just after the last point lies between it and the next."""
+    flight = recorded(0)
+    step = float(np.median(np.diff(flight.times)))
+    near, next_but_one = (
+        len(windows(flight, Question(ahead=share * step))) for share in (0.4, 1.4)
+    )
+    assert near >= next_but_one > 0

@@ -30,7 +30,8 @@ class Detect(Common):
     min_score: float = 0.0
     """Leave out what looks less like a ball than this, 0 to 1."""
     circle_fit: str | None = None
-    """Of eyes paper: kasa (regularised least squares, the default), pratt, taubin or geometric."""
+    """Of eyes paper: kasa (regularised least squares, the default), pratt, taubin or geometric. The
+    others and whole pixels take outlines and scores of the quick search, as the paper's eyes."""
     diameter: str | None = None
     """Of eyes paper: whole pixels as in the paper, or float (the default)."""
     out: Path | None = None

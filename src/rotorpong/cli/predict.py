@@ -6,7 +6,7 @@ from typing import Any
 
 from tyro.conf import Positional
 
-from rotorpong.cli.common import Common, named, progress_bar, show
+from rotorpong.cli.common import Common, compile_kernels, named, progress_bar, show
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,6 +38,7 @@ class Predict(Common):
 
         noise = PointNoise(1e-3 * self.point_sd_mm, 1e-3 * self.stamp_sd_ms)
         question = Question(self.window_s, self.ahead_s, noise, self.table_height_m).check()
+        compile_kernels()
         with progress_bar() as advance:
             result = predict_flights(self.flight, question, named(advance, "flights"))
         if not self.json:

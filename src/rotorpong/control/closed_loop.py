@@ -38,7 +38,7 @@ def gains(axis: Axis, interval: float) -> Float[ndarray, "n"]:
     return _gains(axis, round(interval, 4))
 
 
-@lru_cache(maxsize=4096)
+@lru_cache(maxsize=64)
 def _gains(axis: Axis, interval: float) -> ndarray:
     phi, gamma = axis.transition(interval)
     n = len(gamma)

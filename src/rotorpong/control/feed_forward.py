@@ -58,7 +58,7 @@ def feed_forward(
         now: s.
         interval: s.
         limits: largest magnitudes, m/s; none by default.
-        owed: of g (p + tau v + kappa v'), m, from commands that were cut.
+        owed: of (p + tau v + kappa v') / g, m, from commands that were cut.
 
     Raises:
         InputError: the interval is not a positive number.

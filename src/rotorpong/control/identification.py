@@ -14,8 +14,9 @@ recursive least squares (Gauss-Newton, of the error of the output, which unlike 
 measured velocities is not biased by their noise). r is the variance of the mean, plus that of what
 the noise of commands does to the velocity, plus that of what a linear model leaves of a transient:
 a tenth of how far the velocity is from what is asked, for tilt and thrust have limits. Where
-nothing moves, H is zero but for b, and nothing is learnt. From serve to serve, knowledge is
-forgotten: P / forgetting, no more than the prior's.
+nothing moves, H is zero but for b, and nothing is learnt. A player begins every serve with the
+prior, so that serves do not depend on their order; who carries knowledge on (`renewed`, `bench
+control`) forgets some of it from serve to serve: P / forgetting, no more than the prior's.
 """
 
 import math

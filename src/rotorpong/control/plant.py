@@ -89,7 +89,7 @@ class Axis:
         return numerator, denominator
 
 
-@lru_cache(maxsize=4096)
+@lru_cache(maxsize=64)
 def _transition(axis: Axis, elapsed: float) -> tuple[ndarray, ndarray]:
     n = axis.order
     rates = np.zeros((n + 1, n + 1))  # of the state and the held command

@@ -119,7 +119,7 @@ def predict_flights(path: Path, question: Question, progress: Progress) -> dict[
     if not any(one.windows for one in recordings):
         raise InputError(
             f"{path}: no window of {question.window:g} s with a point {question.ahead:g} s after "
-            f"it; the longest flight between strokes lasts "
+            f"it and {FEWEST_POINTS} points in it; the longest flight between strokes lasts "
             f"{max(one.longest for one in recordings):.3f} s"
         )
     missed: list[list[Missed]] = []
@@ -161,7 +161,7 @@ def windows_of(flight: Flight, arcs: tuple[Arc, ...], question: Question) -> Ite
             time = float(times[last - 1]) + question.ahead
             if last - first < FEWEST_POINTS or not whole:
                 continue
-            target = _place_at(flight, slice(last, high), time, FRAMES_APART * usual)
+            target = _place_at(flight, slice(last - 1, high), time, FRAMES_APART * usual)
             if target is not None:
                 kind = _kind(bounces, times[first], times[last - 1], time)
                 yield Window(first, last, time, target, kind)

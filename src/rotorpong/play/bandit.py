@@ -8,8 +8,8 @@ in time. The reward of (s, x), x = (right, down), is believed to be
 
 f a Gaussian process (kernel and Cholesky factor are CrKR's, noise as large as the signal): CrKR's
 answer is the best guess until rewards speak against it. In training it takes the arm of the
-greatest mean + sd of r (UCB), else that of the greatest mean. Every serve teaches f; hits teach
-CrKR too.
+greatest mean + sd of r (UCB), else that of the greatest mean. Every serve but a fault teaches f;
+hits teach CrKR too.
 """
 
 from collections.abc import Sequence
@@ -83,7 +83,7 @@ class BanditPlayer:
 
     def recall(self, outcome: Outcome, attempt: Attempt | None, reward: float) -> None:
         """Learn what a serve teaches that was played now or in an earlier run."""
-        if attempt is None:
+        if attempt is None or outcome == "fault":  # a fault is the thrower's
             return
         self._judge(attempt.state, attempt.hitting_point, reward)
         self._body.recall(outcome, attempt, reward)

@@ -168,11 +168,6 @@ class Belief:
         """Rotation of the gyro's attitude to the true one, rad, world axes."""
         return self.mean[kernels.TILT : kernels.LEVEL]
 
-    @property
-    def tilt_sd(self) -> Float[ndarray, "3"]:
-        """Its standard deviations, rad."""
-        return np.sqrt(np.diag(self.covariance)[kernels.TILT : kernels.LEVEL])
-
 
 @dataclass(frozen=True, slots=True)
 class Crossing:
@@ -369,7 +364,8 @@ def fit_window(
 ) -> tuple[Belief, float]:
     """Return the belief at the first sight that explains all sights best, and its cost.
 
-    The cost is chi-square of 3 degrees a sight if the model is right.
+    The cost is chi-square of 3 degrees a sight if the model is right; inf, and what was known, if
+    no flight explains them.
 
     Args:
         known: of everything but the ball, at the first sight's time, without any of them.
@@ -378,7 +374,7 @@ def fit_window(
     """
     start = place(known, sights[0])
     rows = _rows(sights)
-    mean, covariance = start.mean.copy(), np.empty((kernels.SIZE, kernels.SIZE))
+    mean, covariance = start.mean.copy(), start.covariance.copy()
     mean[3:6] = _first_velocity(known, sights)
     table, _ = _table(prior, bounces=True)
     cost = math.inf

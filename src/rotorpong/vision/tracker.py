@@ -163,7 +163,7 @@ class TrackerEyes:
         self._dropped: list[Float[ndarray, "3"]] = []  # seen last of tracks that were no ball's
 
     def see(self, observation: Observation) -> BallEstimate | None:
-        """Return the ball in the camera frame at the frame's time, with its covariance.
+        """Return the ball in the camera frame when its row was exposed, with its covariance.
 
         Raises:
             InputError: the frame is not of this camera's size.
@@ -199,7 +199,7 @@ class TrackerEyes:
 
     @property
     def belief(self) -> Belief | None:
-        """What is known of the ball, table frame, at the time of the last frame."""
+        """What is known of the ball, table frame, when it was seen last or the frame was taken."""
         return None if self._best is None else self._best.belief
 
     def crossing(self, normal: Vector3, offset: float) -> Crossing | None:
@@ -453,7 +453,7 @@ class TrackerEyes:
 def _looks_alike(one: Float[ndarray, "3"], other: Float[ndarray, "3"]) -> bool:
     """Tell whether two things seen are in one place and of one size: a ball that comes grows."""
     apart = math.hypot(one[0] - other[0], one[1] - other[1])
-    return apart < SAME_PLACE * other[2] and abs(one[2] - other[2]) < SAME_SIZE * other[2]
+    return bool(apart < SAME_PLACE * other[2] and abs(one[2] - other[2]) < SAME_SIZE * other[2])
 
 
 def _cross(vector: Vector3) -> Rotation:
