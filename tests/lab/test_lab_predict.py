@@ -225,7 +225,10 @@ def test_a_height_that_is_told_is_taken():
         ({"noise": PointNoise(0.0)}, "point-sd-mm 0: expected"),
         ({"noise": PointNoise(0.001, -1.0)}, "stamp-sd-ms -1000: expected"),
         ({"table_height": 760.0}, "table-height-m 760: expected a number from -2 to 2"),
-        ({"ahead": 0.5}, "no window of 0.15 s with a point 0.5 s after it; the longest flight"),
+        (
+            {"ahead": 0.5},
+            "no window of 0.15 s with a point 0.5 s after it and 5 points in it; the longest",
+        ),
     ],
 )
 def test_a_question_without_an_answer_is_told_why(wrong, said):

@@ -168,6 +168,11 @@ class Belief:
         """Rotation of the gyro's attitude to the true one, rad, world axes."""
         return self.mean[kernels.TILT : kernels.LEVEL]
 
+    @property
+    def tilt_sd(self) -> Float[ndarray, "3"]:
+        """Its standard deviations, rad."""
+        return np.sqrt(np.diag(self.covariance)[kernels.TILT : kernels.LEVEL])
+
 
 @dataclass(frozen=True, slots=True)
 class Crossing:
