@@ -24,6 +24,7 @@ from rotorpong.vision.flight_filter import (
     update,
 )
 from rotorpong.world.contact import Solids, fly_over_court, state_of
+from rotorpong.world.court import TABLE_HALF_LENGTH
 from rotorpong.world.serves import HUMAN, draw
 
 FIRST = 4  # sights, whose NIS is mostly the prior's
@@ -320,3 +321,41 @@ def test_prediction_and_update_are_those_of_filterpy():
     assert updated.mean == pytest.approx(oracle.x, abs=1e-6)
     assert updated.covariance == pytest.approx(oracle.P, rel=1e-3, abs=1e-9)
     assert nis == pytest.approx(float(oracle.y @ np.linalg.solve(oracle.S, oracle.y)), rel=1e-6)
+
+
+def test_a_ball_that_hardly_bounces_goes_on():
+    """Many bounces within one prediction: it slides on, and no time is lost."""
+    mean = ground(HUMAN_PRIOR, 0.0).mean.copy()
+    mean[:6] = [0.5, 0.0, BALL_RADIUS + 1e-4, -1.0, 0.0, 0.0]
+    lying = flight_filter.Belief(0.0, mean, ground(HUMAN_PRIOR, 0.0).covariance)
+    places = [predict(lying, time, HUMAN_PRIOR).position for time in (0.2, 0.3, 0.4)]
+    steps = -np.diff([place[0] for place in places])
+    np.testing.assert_allclose(steps, steps[0], rtol=0.05)  # but for the air
+    assert steps[0] > 0.05
+    assert min(place[2] for place in places) >= BALL_RADIUS
+
+
+def test_a_crossing_over_the_very_edge_of_the_table_is_no_less_sure_than_one_beside_it():
+    """Flights a little shorter or longer bounce or do not: they tell nothing of this one."""
+    mean, covariance = ground(HUMAN_PRIOR, 0.0).mean.copy(), 1e-6 * np.eye(kernels.SIZE)
+    mean[:6] = [-1.0, 0.0, 0.4, -3.0, 0.0, -1.0]
+    before = flight_filter.Belief(0.0, mean, covariance)
+    sds = []
+    for short in (1e-3, 5e-6):
+        shifted = mean.copy()
+        fall = _landing_of(before)
+        shifted[0] += -TABLE_HALF_LENGTH + short - fall
+        belief = flight_filter.Belief(0.0, shifted, covariance)
+        crossed = flight_filter.crossing(belief, np.array([1.0, 0.0, 0.0]), -1.67, HUMAN_PRIOR)
+        sds.append(np.sqrt(np.diag(crossed.covariance)))
+    np.testing.assert_allclose(sds[1], sds[0], rtol=0.05, atol=1e-6)
+
+
+def _landing_of(belief):
+    """Where a ball is when it comes down to the table's height, as if there were none."""
+    low, high = 0.0, 0.5
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        there = predict(belief, middle, HUMAN_PRIOR, bounces=False).position
+        low, high = (middle, high) if there[2] > BALL_RADIUS else (low, middle)
+    return predict(belief, low, HUMAN_PRIOR, bounces=False).position[0]

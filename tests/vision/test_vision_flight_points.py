@@ -11,6 +11,7 @@ from rotorpong.conventions import BALL_RADIUS, GRAVITY
 from rotorpong.physics.ball import Air, Ball, Surface
 from rotorpong.physics.flight_fit import Table, follow
 from rotorpong.vision import _flight_filter_kernels as kernels
+from rotorpong.vision import _flight_window_kernels as window_kernels
 from rotorpong.vision.flight_filter import (
     HUMAN_PRIOR,
     Point,
@@ -227,3 +228,14 @@ def test_a_point_puts_a_ball_where_it_was_measured():
     put = place(ground(HUMAN_PRIOR, 0.0), Point(0.5, np.array([1.0, 2.0, 3.0]), np.eye(3)))
     assert put.time == 0.5
     assert put.position == pytest.approx([1.0, 2.0, 3.0])
+
+
+def test_a_gyro_that_does_not_walk_leaves_every_sight_its_own_weight():
+    rng = np.random.default_rng(0)
+    rows, slopes = np.zeros((4, 25)), rng.normal(size=(12, kernels.SIZE))
+    rows[:, 0] = np.arange(4) / 30.0
+    for row in rows:
+        own = rng.normal(size=(3, 3))
+        row[4:13] = (own @ own.T + np.eye(3)).ravel()
+    still, walking = (window_kernels.weights_of(rows, slopes, walk) for walk in (0.0, 1e-9))
+    np.testing.assert_allclose(still, walking, atol=1e-9)

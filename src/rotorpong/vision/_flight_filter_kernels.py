@@ -17,6 +17,7 @@ STEP = 0.01  # s; leaves 1e-7 m in a whole flight
 ROOT_STEPS, ROOT_TOLERANCE = 40, 1e-12
 NUDGES = np.array([1e-5] * 3 + [1e-4] * 3 + [1e-2] * 3 + [1e-4] * 3 + [1e-5])  # of the inputs
 ITERATIONS, CONVERGED = 5, 1e-9  # of an update; squared steps, in standard deviations
+MOST_BOUNCES = 2  # in a step
 BACK = 1e-9  # m above the table where a ball is put that bounced
 
 
@@ -26,7 +27,7 @@ def advance(inputs, dt, air, work):
     state, after = work[0], work[1]
     height = inputs[12] + BALL_RADIUS
     rest, count = dt, 0
-    for _ in range(2):
+    for _ in range(MOST_BOUNCES):
         step(state, rest, air, after)
         if state[2] < height or after[2] >= height:
             break
@@ -40,6 +41,10 @@ def advance(inputs, dt, air, work):
         state[:] = after
         rest *= 1.0 - share
         count += 1
+    if count == MOST_BOUNCES:  # it hardly leaves the table any more
+        step(state, rest, air, after)
+        if after[2] < height:
+            after[2], after[5] = height + BACK, 0.0
     state[:] = after
     return count
 
@@ -72,7 +77,7 @@ def flow(inputs, dt, law, work):
 
 @kernel
 def fly_to(inputs, plane, longest, law, work):
-    """Fly into work[0] until normal . p = offset is reached; return when, nan if it is not.
+    """Fly into work[0] until normal . p = offset is reached.
 
     Args:
         inputs: as `flow` takes them.
@@ -80,20 +85,23 @@ def fly_to(inputs, plane, longest, law, work):
         longest: s.
         law: the air.
         work: (3, 9) scratch.
+
+    Returns:
+        When, nan if it is not, and after how many bounces.
     """
     air = begin(inputs, law, work)
-    before, time = np.empty(FLOWN), 0.0
+    before, time, count = np.empty(FLOWN), 0.0, 0
     gap = beyond(work[0], plane)
     while time < longest:
         before[:] = work[0]
-        advance(inputs, STEP, air, work)
+        bounces = advance(inputs, STEP, air, work)
         new = beyond(work[0], plane)
         if gap * new <= 0.0:
             a, b, fa, fb, c = 0.0, 1.0, gap, new, 1.0
             for k in range(ROOT_STEPS):
                 c = b - fb * (b - a) / (fb - fa) if k % 3 < 2 and fa != fb else 0.5 * (a + b)
                 work[0] = before
-                advance(inputs, c * STEP, air, work)
+                bounces = advance(inputs, c * STEP, air, work)
                 fc = beyond(work[0], plane)
                 if abs(fc) < ROOT_TOLERANCE:
                     break
@@ -101,10 +109,11 @@ def fly_to(inputs, plane, longest, law, work):
                     a, fa = c, fc
                 else:
                     b, fb = c, fc
-            return time + c * STEP
+            return time + c * STEP, count + bounces
         gap = new
         time += STEP
-    return math.nan
+        count += bounces
+    return math.nan, count
 
 
 @kernel
@@ -315,26 +324,27 @@ def crossing(mean, covariance, plane, longest, law, table, spreads, out):
         table: (3,) restitution, friction, height.
         spreads: (3,) their standard deviations.
         out: (7, 8), written: first column place, velocity and time of the crossing, the others
-            their covariance.
+            their covariance. Slopes are central differences, one-sided as those of `flow_slopes`.
     """
     work, inputs = np.empty((3, FLOWN)), inputs_of(mean, table)
-    time = fly_to(inputs, plane, longest, law, work)
+    time, count = fly_to(inputs, plane, longest, law, work)
     if math.isnan(time):
         return time
-    end, slopes = np.empty(7), np.zeros((7, INPUTS))
+    end, slopes, nudged = np.empty(7), np.zeros((7, INPUTS)), np.empty((2, 7))
     end[:6], end[6] = work[0, :6], time
     for j in range(INPUTS):
-        x = inputs[j]
-        for sign in (1.0, -1.0):
-            inputs[j] = x + sign * NUDGES[j]
-            other = fly_to(inputs, plane, longest, law, work)
-            if math.isnan(other):
-                inputs[j] = x
-                return other
-            for i in range(6):
-                slopes[i, j] += 0.5 * sign * work[0, i] / NUDGES[j]
-            slopes[6, j] += 0.5 * sign * other / NUDGES[j]
+        x, sides = inputs[j], 0
+        for k in range(2):
+            inputs[j] = x + (1 - 2 * k) * NUDGES[j]
+            other, other_count = fly_to(inputs, plane, longest, law, work)
+            if math.isnan(other) or other_count != count:
+                nudged[k] = end
+                continue
+            sides += 1
+            nudged[k, :6], nudged[k, 6] = work[0, :6], other
         inputs[j] = x
+        if sides > 0:
+            slopes[:, j] = (nudged[0] - nudged[1]) / (sides * NUDGES[j])
     spread = np.zeros((INPUTS, INPUTS))
     spread[:MOVING, :MOVING] = covariance[:MOVING, :MOVING]
     for k in range(3):

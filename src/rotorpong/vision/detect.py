@@ -35,6 +35,7 @@ from rotorpong.conventions import InputError, Picture
 from rotorpong.vision._search_kernels import find_reach
 from rotorpong.vision.ball_model import HUED, PALE, probability
 from rotorpong.vision.candidates import find_candidates
+from rotorpong.vision.circles import CircleFit
 from rotorpong.vision.colour import ORANGE, Colour, as_colour
 from rotorpong.vision.measure import OUTLINE_BIAS_PX, Circle, fit_circle, outer_arc
 
@@ -121,7 +122,7 @@ def outline_circle(contour: Int32[ndarray, "n 2"], shape: tuple[int, ...]) -> Ci
         contour: centres of its outermost pixels.
         shape: height and width of the picture.
     """
-    fitted = _fitted(contour, shape)
+    fitted = fit_outline(contour, shape)
     if not _inner(contour, shape).all():
         return fitted
     _, radius = cv2.minEnclosingCircle(contour - contour.min(axis=0))  # same wherever it lies
@@ -144,7 +145,7 @@ def find_balls(picture: ndarray, colours: Sequence[Colour | str] = (ORANGE,)) ->
     pixels = as_picture(picture)
     balls = []
     for blob in find_blobs(pixels, colours):
-        circle = _fitted(blob.contour, pixels.shape[:2])
+        circle = fit_outline(blob.contour, pixels.shape[:2])
         place = (circle.x_px, circle.y_px, circle.diameter_px)
         balls.append(Detection(*place, blob.score, blob.colour))
     return [ball for ball in balls if _is_inside(ball, pixels)]
@@ -309,14 +310,22 @@ def _ball(
     return Detection(x, y, diameter, score, colour)
 
 
-def _fitted(contour: Int32[ndarray, "n 2"], shape: tuple[int, ...]) -> Circle:
-    """Return the circle of a blob's outer arc, or of what the border left of it."""
+def fit_outline(
+    contour: Int32[ndarray, "n 2"], shape: tuple[int, ...], fit: CircleFit = "kasa"
+) -> Circle:
+    """Return the circle of a blob's outer arc, or of what the border left of it.
+
+    Args:
+        contour: centres of its outermost pixels.
+        shape: height and width of the picture.
+        fit: how a circle is put through points.
+    """
     inner, points = _inner(contour, shape), contour
     if inner.all():
         points = outer_arc(points)
     elif inner.sum() >= MINIMUM_ARC_POINTS:
         points = points[inner]
-    circle = fit_circle(points)
+    circle = fit_circle(points, fit=fit)
     return Circle(circle.x_px, circle.y_px, circle.diameter_px + OUTLINE_BIAS_PX)
 
 

@@ -20,10 +20,9 @@ from rotorpong.conventions import BALL_DIAMETER, InputError, Picture
 from rotorpong.physics.camera import Camera
 from rotorpong.vision.circles import CircleFit
 from rotorpong.vision.colour import COLOURS, Colour
-from rotorpong.vision.detect import Blob, Detection, detect, find_blobs
+from rotorpong.vision.detect import Blob, Detection, detect, find_blobs, fit_outline
 from rotorpong.vision.locate import ball_position, position_covariance
 from rotorpong.vision.matte import BallDisc, Guess, measure_ball, region_around
-from rotorpong.vision.measure import OUTLINE_BIAS_PX, fit_circle, outer_arc
 from rotorpong.vision.paint import paint_of
 from rotorpong.vision.sphere import outline_shape, sphere_of_disc
 
@@ -36,7 +35,6 @@ as MPEG-4, the radius then errs by 0.5 sd in median, 68 % of them by less than 0
 3: those that something of their own colour touches."""
 TRUSTED = 3.0  # sd between area and edge; what is more counts against the disc
 PICTURE_GAMMA = 2.2  # of picture files whose camera is not known: sRGB
-MINIMUM_ARC_POINTS = 8  # that the border left of an outline
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,18 +72,13 @@ class StillEyes:
         if self.fit == "kasa" and not self.whole_pixels:
             return detect(picture, self.colours)
         height, width = picture.shape[:2]
-        circles = [self._circle(blob, width, height) for blob in find_blobs(picture, self.colours)]
+        blobs = find_blobs(picture, self.colours)
+        circles = [self._circle(blob, picture.shape[:2]) for blob in blobs]
         return [c for c in circles if 0 <= c.x_px <= width - 1 and 0 <= c.y_px <= height - 1]
 
-    def _circle(self, blob: Blob, width: int, height: int) -> Detection:
-        points = blob.contour
-        if blob.on_border:
-            inside = np.all((points > 0) & (points < (width - 1, height - 1)), axis=1)
-            points = points[inside] if inside.sum() >= MINIMUM_ARC_POINTS else points
-        else:
-            points = outer_arc(points)
-        circle = fit_circle(points, fit=self.fit)
-        diameter = circle.diameter_px + OUTLINE_BIAS_PX
+    def _circle(self, blob: Blob, shape: tuple[int, ...]) -> Detection:
+        circle = fit_outline(blob.contour, shape, self.fit)
+        diameter = circle.diameter_px
         if self.whole_pixels:
             diameter = float(max(1, round(diameter)))
         return Detection(circle.x_px, circle.y_px, diameter, blob.score, blob.colour)

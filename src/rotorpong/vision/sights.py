@@ -9,7 +9,6 @@ A belief becomes an aim: the disc of the ball where it must be, how fast that mo
 picture, and how sure it is, by the slopes of the sight.
 """
 
-import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +18,7 @@ from numpy import ndarray
 from rotorpong.physics.camera import Camera
 from rotorpong.vision import _sight_kernels as kernels
 from rotorpong.vision.flight_filter import Belief
+from rotorpong.vision.sphere import lens_of
 
 SURE = 1.0 / 3.0  # sd of an aim over its radius
 
@@ -70,9 +70,3 @@ def angles_of_disc(
     seen, noise = np.empty(3), np.empty((3, 3))
     found = kernels.sight_of_disc(lens_of(camera), measured, covariance, seen, noise)
     return (seen, noise) if found else None
-
-
-@functools.lru_cache(maxsize=8)
-def lens_of(camera: Camera) -> Float[ndarray, "9"]:
-    """Return focal lengths, centre and distortion as the kernels take them."""
-    return np.array([*camera.focal_length_px, *camera.center_px, *camera.distortion])

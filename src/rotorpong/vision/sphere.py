@@ -58,7 +58,7 @@ def disc_of_sphere(camera: Camera, positions: Vector3, *, radius: float = BALL_R
     """
     flat = np.ascontiguousarray(positions, dtype=np.float64).reshape(-1, 3)
     out = np.empty_like(flat)
-    discs(_lens(camera), flat, float(radius), out)
+    discs(lens_of(camera), flat, float(radius), out)
     return out.reshape(positions.shape)
 
 
@@ -83,7 +83,7 @@ def sphere_of_disc(
     flat = np.ascontiguousarray(measured, dtype=np.float64).reshape(-1, 3)
     spread = _flat(covariance, measured.shape[:-1])
     position, spreads = np.empty_like(flat), np.empty((len(flat), 3, 3))
-    outcome = positions_of(_lens(camera), flat, spread, float(radius), position, spreads)
+    outcome = positions_of(lens_of(camera), flat, spread, float(radius), position, spreads)
     if outcome == NO_DISC:
         raise InputError("discs need finite numbers and a radius above 0 px")
     if outcome == NO_SPHERE:
@@ -98,7 +98,7 @@ def outline_shape(camera: Camera, pixels: Pixels) -> Float[ndarray, "*batch 2 2"
     """
     flat = np.ascontiguousarray(pixels, dtype=np.float64).reshape(-1, 2)
     out = np.empty((len(flat), 2, 2))
-    shapes(_lens(camera), flat, out)
+    shapes(lens_of(camera), flat, out)
     return out.reshape(*pixels.shape, 2)
 
 
@@ -123,5 +123,6 @@ def _flat(
 
 
 @functools.lru_cache(maxsize=8)
-def _lens(camera: Camera) -> Float[ndarray, "9"]:
+def lens_of(camera: Camera) -> Float[ndarray, "9"]:
+    """Return focal lengths, centre and distortion as the kernels take them."""
     return np.array([*camera.focal_length_px, *camera.center_px, *camera.distortion])
