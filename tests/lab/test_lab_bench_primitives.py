@@ -1,7 +1,5 @@
 """Rows of `bench primitives`, and peers that belong to one suite."""
 
-import importlib.util
-
 import numpy as np
 import pytest
 
@@ -9,8 +7,6 @@ from rotorpong.conventions import InputError
 from rotorpong.lab.bench import peers, primitives_rows
 from rotorpong.lab.bench.suites import SUITES, Order
 from rotorpong.primitives import fit_dmp
-
-HAS_PEERS = all(map(importlib.util.find_spec, ("movement_primitives", "pydmps")))
 
 
 def test_what_needs_no_clock_is_met():
@@ -59,7 +55,6 @@ def test_the_suite_measures_peers_when_asked_and_nothing_of_other_suites(tmp_pat
         Order("eyes", peers=True).check()
 
 
-@pytest.mark.skipif(not HAS_PEERS, reason="needs movement_primitives and pydmps: extra bench")
 def test_the_adapters_of_this_checkout_compare_with_their_peers():
     peers.require(suite="primitives")
     rows = peers.rows(quick=True, suite="primitives")

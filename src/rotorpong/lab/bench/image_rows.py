@@ -20,11 +20,10 @@ from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from rotorpong.lab.bench.rows import Row
+from rotorpong.lab.eye_settings import colour_named
 from rotorpong.lab.picture_sets import PictureSet, read_picture_sets
-from rotorpong.lab.spec import require_choice
-from rotorpong.vision.colour import COLOURS, Colour
-from rotorpong.vision.colour_files import read_colour
-from rotorpong.vision.detect import Detection, detect
+from rotorpong.vision.colour import Colour
+from rotorpong.vision.detect import Detection, detect, find_balls
 from rotorpong.vision.pictures import hush_codecs
 
 PRECISION = 0.95
@@ -88,29 +87,29 @@ def require(
         InputError: see `picture_sets.read_picture_sets`, or an unknown colour.
     """
     searches = USUAL if colour is None else (colour,)
-    known = {given: [_colour(name) for name in given.split(",")] for given in searches}
+    known = {given: [colour_named(name) for name in given.split(",")] for given in searches}
     return read_picture_sets(folder, ball_class), known
-
-
-def _colour(given: str) -> Colour:
-    if given in COLOURS:
-        return COLOURS[given]
-    if not (given and Path(given).exists()):
-        require_choice("colour", given, tuple(COLOURS), "or a file of `calibrate colour`")
-    return read_colour(given)
 
 
 def set_rows(name: str, one: PictureSet, colours: Sequence[Colour | str]) -> list[Row]:
     """Return the rows of a set, looked through for balls of some colours."""
-    pictures = []
+    pictures, quick = [], []
     for labelled in one.pictures:
         picture, boxes = labelled.read()
         pictures.append(match(detect(picture, colours), boxes))
+        quick.append(match(find_balls(picture, colours), boxes))
     return [
         Row(f"{name}: pictures", len(pictures), "pictures"),
         *score_rows(name, pictures),
+        Row(f"{name}: recall of the quick search", recall_of(quick), "1"),
         *place_rows(name, pooled(pictures)),
     ]
+
+
+def recall_of(pictures: Sequence[Matches]) -> float:
+    """Return the recall at the precision that is asked for."""
+    every = pooled(pictures)
+    return at_threshold(every, threshold_at(every, PRECISION))[0]
 
 
 def score_rows(name: str, pictures: Sequence[Matches]) -> list[Row]:

@@ -12,7 +12,7 @@ of OpenCV (HSV, inRange, findContours) and our circle, on the same frames.
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import median
 
 import cv2
@@ -34,6 +34,7 @@ from rotorpong.world.racket import HOME_BLADE
 
 SERVES, QUICK_SERVES = 60, 4
 TIMED, QUICK_TIMED = 6, 2
+WHITE_SERVES, RIGHT = 20, 0.1  # of serves; of the distance
 PLANE = 2.5  # m, depth
 PAIRS = (("gazebo", "tum_gazebo"), ("ardrone2_720p", "ardrone2"))
 GOALS = {  # at the plane, 720p: facts of vision
@@ -73,6 +74,7 @@ def rows(*, quick: bool = False) -> tuple[Row, ...]:
         found += _consistency(f"{name}, tracker", tracked)
         papers = [_paper(stage, index) for index in range(count)]
         found += _accuracy(f"{name}, paper", papers, (None,) * 3, (None,) * 3)
+        found += _white(name, replace(stage.spec, ball="white"), 1 if quick else WHITE_SERVES)
         found += _speed(name, stage, QUICK_TIMED if quick else TIMED, SPEED_GOALS.get(camera))
     return tuple(found)
 
@@ -111,7 +113,7 @@ def _tracked(stage: Stage, index: int) -> Watched:
 
 def _paper(stage: Stage, index: int) -> Watched:
     drone = new_drone(stage, index)
-    eyes: Eyes = PaperEyes(drone.camera)
+    eyes: Eyes = PaperEyes(drone.camera, colour=stage.spec.colour())
     while (seen := drone.observe()) is not None:
         estimate = eyes.see(seen)
         drone.command(HOVER)
@@ -130,6 +132,20 @@ def _errors(
     error = np.array([estimate.position - position, estimate.velocity - velocity])
     weight = np.linalg.pinv(estimate.covariance)
     return error, float(error.ravel() @ weight @ error.ravel())
+
+
+def _white(name: str, spec: Spec, count: int) -> Iterator[Row]:
+    """Yield how often a white ball before white walls is where it seems to be at the plane."""
+    stage = stage_of(spec)
+    for eyes, watch in (("tracker", _tracked), ("paper", _paper)):
+        watched = [watch(stage, index) for index in range(count)]
+        right = [one for one in watched if one.at_plane is not None and _is_right(one.at_plane)]
+        words = f"{name}, {eyes}: white balls placed within 10 % at 2.5 m"
+        yield Row(words, len(right) / count, "share of serves")
+
+
+def _is_right(at_plane: Float[ndarray, "2 3"]) -> bool:
+    return bool(np.linalg.norm(at_plane[0]) < RIGHT * PLANE)
 
 
 def _accuracy(
