@@ -100,13 +100,18 @@ def _cell(line: Line, column: Column) -> str:
     value = line.values.get(column.key)
     if value is None:
         return UNKNOWN
-    shown = f"{value:.{column.digits}f}"
+    shown = _rounded(value, column.digits)
     if (sd := line.values.get(f"{column.key}_sd")) is not None:
         shown += f" ± {sd:.{column.digits}f}"
     if (bounds := line.values.get(f"{column.key}_interval")) is not None:
         low, high = bounds
         shown += f" ({low:.{column.digits}f} to {high:.{column.digits}f})"
     return shown
+
+
+def _rounded(value: float, digits: int) -> str:
+    """Return a number with so many digits after the point, a power of ten where that is 0."""
+    return f"{value:.0e}" if 0.0 < abs(value) < 0.5 * 10.0**-digits else f"{value:.{digits}f}"
 
 
 def _said(value: Any) -> str:

@@ -27,7 +27,7 @@ from rotorpong.paper.findings import Findings, Item, Line, Scale
 from rotorpong.paper.page import Part, html_page, markdown_page
 from rotorpong.paper.work import Progress, answers_of
 
-ITEMS = ("fig6",)
+ITEMS = ("table2", "fig5", "fig6")
 ALL = "all"
 DPI = 110
 
