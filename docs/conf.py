@@ -28,17 +28,16 @@ extensions = [
     "sphinx.ext.napoleon",
     "sphinx_gallery.gen_gallery",
 ]
-exclude_patterns = ["gallery/*.ipynb"]
 default_role = "py:obj"
 myst_heading_anchors = 3
 
-autodoc_default_options = {"members": True, "show-inheritance": True}
+autodoc_default_options = {"members": True}
 autodoc_member_order = "bysource"
 autodoc_typehints_format = "short"
 autodoc_preserve_defaults = True
 autoclass_content = "both"
 napoleon_numpy_docstring = False
-napoleon_use_ivar = True
+napoleon_custom_sections = [("Fields", "params_style")]
 python_maximum_signature_line_length = 88
 python_use_unqualified_type_names = True
 add_module_names = False
@@ -50,6 +49,7 @@ sphinx_gallery_conf = {
     "filename_pattern": r"\.py$",
     "within_subsection_order": "gallery_order.place",
     "abort_on_example_error": True,
+    "notebook_extensions": set(),
     "download_all_examples": False,
     "show_signature": False,
     "min_reported_time": 1e9,
@@ -67,7 +67,8 @@ html_css_files = ["rotorpong.css"]
 
 def setup(app: Any) -> None:
     """Let docstrings be read as they are written."""
-    from docstrings import is_left_out, prepare
+    from docstrings import is_left_out, prepare, without_zip
 
     app.connect("autodoc-process-docstring", prepare, priority=400)  # before napoleon
     app.connect("autodoc-skip-member", is_left_out)
+    app.connect("source-read", without_zip)

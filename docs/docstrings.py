@@ -4,7 +4,7 @@ They are plain prose: words of code stand between single backticks, equations an
 indented, and what a field or constant means stands in the comment behind it, once. So
 
 - indented blocks become literal blocks, and signs that mean something to Sphinx are escaped;
-- the comments behind the fields of a record become its list of attributes, and those behind the
+- the comments behind the fields of a record become its list of fields, and those behind the
   constants of a module its list of constants.
 """
 
@@ -24,6 +24,8 @@ SECTION = re.compile(r"(Args|Attributes|Raises|Returns|Yields):$")
 QUOTED = re.compile(r"``.+?``|`.+?`", re.S)
 NAME = re.compile(r"[A-Za-z_][\w.]*\w")
 SPECIAL = re.compile(r"([*|\\])|(?<=\w)(_)(?!\w)")
+NOTE = re.compile(r"^\.\. only:: html\n\n +\.\. note::\n.*?(?=^\.\. \w)", re.M | re.S)
+ARCHIVE = re.compile(r"^ +\.\. container:: sphx-glr-download sphx-glr-download-zip\n\n.*\n", re.M)
 LONGEST_VALUE = 60  # characters of a constant that is shown
 
 
@@ -33,9 +35,9 @@ def prepare(_app: Any, what: str, _name: str, thing: Any, *more: Any) -> None:
     first = lines[:1]
     lines[:] = readable("\n".join(lines)).splitlines()
     if what in ("class", "exception") and first == (inspect.getdoc(thing) or "").splitlines()[:1]:
-        lines += attributes(thing)
+        lines += fields_of(thing)
     if what == "module":
-        lines += constants(thing)
+        lines += constants_of(thing)
     lines.append("")
 
 
@@ -43,6 +45,12 @@ def is_left_out(_app: Any, _what: str, _name: str, thing: Any, *_more: Any) -> b
     """Leave out what Python itself says about the fields of a named tuple."""
     said = getattr(thing, "__doc__", None) or ""
     return True if said.startswith("Alias for field number") else None
+
+
+def without_zip(_app: Any, page: str, source: list[str]) -> None:
+    """Leave out of an example's page what leads to an archive of its one file."""
+    if page.startswith("gallery/"):
+        source[0] = ARCHIVE.sub("", NOTE.sub("", source[0]))
 
 
 def readable(text: str) -> str:
@@ -98,7 +106,7 @@ def code(quoted: str) -> str:
     return f"`{inner}`" if NAME.fullmatch(inner) else f"``{inner}``"
 
 
-def attributes(cls: type) -> list[str]:
+def fields_of(cls: type) -> list[str]:
     """Return a google-style section with what the comments say about the fields of a record."""
     if not (is_dataclass(cls) or hasattr(cls, "_fields")):
         return []
@@ -111,10 +119,10 @@ def attributes(cls: type) -> list[str]:
         if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name)
         if (said := comments.get(node.end_lineno or 0)) and not node.target.id.startswith("_")
     ]
-    return ["", "Attributes:", *fields] if fields else []
+    return ["", "Fields:", *fields] if fields else []
 
 
-def constants(module: Any) -> list[str]:
+def constants_of(module: Any) -> list[str]:
     """Return descriptions of the public constants that a module defines."""
     source = inspect.getsource(sys.modules[module.__name__])
     tree, comments = parsed(source)
