@@ -23,7 +23,7 @@ from numba.core import config
 NUMBA_SETTINGS: Any = config
 MINIMUM_FREE_BYTES = 100 * 2**20  # a truncated cache file breaks every later run
 NO_KERNEL_BELOW = frozenset(  # upper layers: no kernel lies in them or depends on them
-    {"__main__.py", "cli", "lab", "play", "experience", "drone.py"}
+    {"__main__.py", "cli", "paper", "lab", "play", "experience", "drone.py"}
 )
 KEEP_UNUSED_S = 2 * 24 * 3600.0  # caches of other sources go when they were not used for so long
 

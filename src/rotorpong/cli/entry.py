@@ -26,6 +26,7 @@ from rotorpong.cli.common import say
 from rotorpong.cli.look import Detect, Doctor, Serves
 from rotorpong.cli.play import Demo, Evaluate, Train
 from rotorpong.cli.predict import Predict
+from rotorpong.cli.reproduce import Reproduce
 from rotorpong.cli.throw import Throw
 
 BAD_INPUT = 2
@@ -47,6 +48,7 @@ Command = (
     | Annotated[Predict, subcommand("predict")]
     | Annotated[Throw, subcommand("throw")]
     | Annotated[Bench, subcommand("bench")]
+    | Annotated[Reproduce, subcommand("reproduce")]
     | Annotated[Doctor, subcommand("doctor")]
 )
 
@@ -54,7 +56,7 @@ Command = (
 def main() -> NoReturn:
     """Run one command and exit."""
     logging.basicConfig(format="rotorpong: %(message)s")
-    if sys.argv[1:2] == ["bench"]:
+    if sys.argv[1:2] in (["bench"], ["reproduce"]):
         _start_again_with_one_thread()
     try:
         status = _run(sys.argv[1:])
