@@ -29,6 +29,7 @@ extensions = [
     "sphinx_gallery.gen_gallery",
 ]
 default_role = "py:obj"
+highlight_language = "none"  # of what stands indented in docstrings: equations, commands
 myst_heading_anchors = 3
 
 autodoc_default_options = {"members": True}
