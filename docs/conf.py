@@ -32,7 +32,7 @@ default_role = "py:obj"
 highlight_language = "none"  # of what stands indented in docstrings: equations, commands
 myst_heading_anchors = 3
 
-autodoc_default_options = {"members": True}
+autodoc_default_options = {"members": True, "no-value": True}
 autodoc_member_order = "bysource"
 autodoc_typehints_format = "short"
 autodoc_preserve_defaults = True
@@ -49,6 +49,7 @@ sphinx_gallery_conf = {
     "gallery_dirs": "gallery",
     "filename_pattern": r"\.py$",
     "within_subsection_order": "gallery_order.place",
+    "run_stale_examples": True,  # an example is the same, what it calls may not be
     "abort_on_example_error": True,
     "notebook_extensions": set(),
     "download_all_examples": False,

@@ -38,6 +38,8 @@ def prepare(_app: Any, what: str, _name: str, thing: Any, *more: Any) -> None:
         lines += fields_of(thing)
     if what == "module":
         lines += constants_of(thing)
+    if what in ("data", "attribute"):  # or napoleon takes what stands before a colon for a type
+        lines[:1] = [part.strip() for part in lines[0].replace(": ", ":\n", 1).splitlines()]
     lines.append("")
 
 

@@ -195,3 +195,10 @@ def test_the_comments_behind_fields_and_constants_are_told():
     constants = "\n".join(docstrings.constants_of(rotorpong.conventions))
     assert ".. py:data:: GRAVITY\n   :value: 9.81\n\n   m/s^2" in constants
     assert "CAMERA_FROM_BODY_AXES" not in constants  # it has a docstring of its own
+
+
+def test_a_constant_with_a_docstring_keeps_what_stands_before_a_colon():
+    docstrings = module_at(DOCS / "docstrings.py")
+    lines = ["The one axis map: right = -left.", ""]
+    docstrings.prepare(None, "data", "name", 0, None, lines)
+    assert lines[:2] == ["The one axis map:", "right = -left."]
