@@ -43,7 +43,7 @@ class Suite(Match):
     """What players nearest, single, paper and bandit start from: a file of `train`. Default: ten
     scripted demonstrations. The result tells which."""
     quick: FlagCreatePairsOff[bool] = False
-    """The first ten balls of each cell: compares with nothing, and no leaderboard takes it."""
+    """The first twenty balls of each cell: compares with nothing, and no leaderboard takes it."""
     out: Path | None = None
     """FILE.json for the result; until it is whole, FILE.json.part holds the cells that are done."""
     resume: FlagCreatePairsOff[bool] = False

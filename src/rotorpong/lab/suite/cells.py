@@ -69,4 +69,4 @@ V1 = Suite(
     ),
 )
 SUITES: Mapping[str, Suite] = {suite.name: suite for suite in (V1,)}
-QUICK_BALLS = 10  # of each cell: the first
+QUICK_BALLS = 20  # of each cell: the first

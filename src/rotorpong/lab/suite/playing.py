@@ -122,7 +122,7 @@ def play_suite(
         cells[cell.name] = cell_json(cell, results, entrant.spec, known[cell.name])
         if kept is not None:
             kept.keep(head, cells)
-    return {**head, **_total(list(cells.values()), known), "cells": list(cells.values())}
+    return {**head, **scored(list(cells.values()), known), "cells": list(cells.values())}
 
 
 def cell_json(
@@ -159,6 +159,16 @@ def cell_score(outcomes: str, known: Frozen) -> Score | None:
     return skill_score(*map(hits_in, texts))
 
 
+def scored(cells: list[dict[str, Any]], known: dict[str, Frozen]) -> dict[str, Any]:
+    """Return what a suite's JSON says of all cells together."""
+    score = mean_score([cell_score(cell["outcomes"], known[cell["name"]]) for cell in cells])
+    return {
+        **_told("score", score),
+        "balls": sum(cell["balls"] for cell in cells),
+        "hits": sum(cell["hits"] for cell in cells),
+    }
+
+
 def _head(suite: Suite, entrant: Entrant, *, quick: bool) -> dict[str, Any]:
     return {
         "suite": suite.name,
@@ -166,15 +176,6 @@ def _head(suite: Suite, entrant: Entrant, *, quick: bool) -> dict[str, Any]:
         "quick": quick,
         "comparable": not quick,
         **entrant.as_json(),
-    }
-
-
-def _total(cells: list[dict[str, Any]], known: dict[str, Frozen]) -> dict[str, Any]:
-    score = mean_score([cell_score(cell["outcomes"], known[cell["name"]]) for cell in cells])
-    return {
-        **_told("score", score),
-        "balls": sum(cell["balls"] for cell in cells),
-        "hits": sum(cell["hits"] for cell in cells),
     }
 
 
