@@ -204,7 +204,9 @@ def test_a_suite_that_was_interrupted_goes_on_and_ends_as_if_it_was_not(hovered,
     assert kept.part.exists()
     assert not kept.out.exists()
     told.clear()
-    found = play_suite(SHORT, HOVER, quick=True, kept=kept, progress=lambda *one: told.append(one[0]))
+    found = play_suite(
+        SHORT, HOVER, quick=True, kept=kept, progress=lambda *one: told.append(one[0])
+    )
     assert json.dumps(found) == json.dumps(hovered)
     assert list(dict.fromkeys(told)) == [cell.name for cell in SHORT.cells[1:]]
     kept.finish(found)
@@ -228,7 +230,7 @@ def test_what_another_run_left_is_not_gone_on_with(tmp_path):
 
 def test_a_users_own_player_plays_and_its_file_is_told(tmp_path):
     one, same, other = (
-        Entrant(Spec(write_player(tmp_path, text, name), "truth")).check(V1)
+        Entrant(Spec(write_player(tmp_path, text, name), "truth")).check()
         for name, text in (("one.py", STILL), ("same.py", STILL), ("other.py", LOOKING))
     )
     digests = [entrant.as_json()["contents"]["player"] for entrant in (one, same, other)]
@@ -248,7 +250,7 @@ def test_the_result_tells_what_a_learner_learnt_from(tmp_path):
     spec = Spec(eyes="truth", seed=1, player_settings=PlayerSettings(length_scale=12.0))
     train(spec, 1, tmp_path / "run.sqlite")
     run, knowledge = knowledge_of(tmp_path / "run.sqlite")
-    found = Entrant(replace(spec, seed=0), knowledge, run).check(V1).as_json()
+    found = Entrant(replace(spec, seed=0), knowledge, run).check().as_json()
     learnt = found["experience"]
     assert (learnt["hits"], learnt["balls"]) == (1, len(knowledge.trials))
     assert (learnt["demonstrations"], learnt["seed"], learnt["player"]) == (10, 1, "paper")
@@ -263,7 +265,7 @@ def test_experience_for_a_player_that_uses_none_is_refused():
     known = Knowledge(shipped_demonstrations())
     for player in ("hover", "oracle"):
         with pytest.raises(InputError, match=f"--experience with player '{player}': has no effect"):
-            Entrant(Spec(player, "truth"), known).check(V1)
-    assert Entrant(Spec("nearest", "truth"), known).check(V1)
+            Entrant(Spec(player, "truth"), known).check()
+    assert Entrant(Spec("nearest", "truth"), known).check()
     with pytest.raises(InputError, match="player oracle with eyes 'paper'"):
-        Entrant(Spec("oracle")).check(V1)
+        Entrant(Spec("oracle")).check()

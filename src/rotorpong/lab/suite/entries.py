@@ -37,7 +37,7 @@ def read_entry(path: Path) -> dict[str, Any]:
     return found
 
 
-def _read(path: Path) -> dict[str, Any]:
+def _read(path: Path) -> Any:
     try:
         return json.loads(path.read_text("utf-8"))
     except OSError as error:
@@ -46,7 +46,7 @@ def _read(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: is no JSON; {EXPECTED}") from error
 
 
-def _complaint(found: dict[str, Any]) -> str | None:
+def _complaint(found: Any) -> str | None:
     suite = SUITES[found["suite"]]
     if found["quick"] is not False or found["comparable"] is not True:
         return "is a quick run, which compares with nothing"

@@ -41,7 +41,7 @@ class Entrant:
     knowledge: Knowledge | None = None  # None: the shipped demonstrations
     run: Run | None = None  # that the knowledge is from
 
-    def check(self, suite: Suite) -> "Entrant":
+    def check(self) -> "Entrant":
         """Return the entrant if it can play.
 
         Raises:
@@ -53,8 +53,7 @@ class Entrant:
                 f"--experience with player {player!r}: has no effect; expected player "
                 f"{' or '.join(DECIDING_ONCE)}"
             )
-        for cell in suite.cells:
-            cell.spec(self.spec).check()
+        self.spec.check()
         return self
 
     def as_json(self) -> dict[str, Any]:

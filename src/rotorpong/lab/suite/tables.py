@@ -1,5 +1,6 @@
 """A suite's result as a table for a terminal."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from rich.markup import escape
@@ -27,7 +28,7 @@ def suite_table(result: dict[str, Any]) -> Table:
     return table
 
 
-def of_scale(value: float | None, interval: tuple[float, float] | None) -> str:
+def of_scale(value: float | None, interval: Sequence[float] | None) -> str:
     """Return a skill or score with half its interval: `0.12 ± 0.04`."""
     if value is None or interval is None:
         return "-"
