@@ -17,11 +17,12 @@ from rotorpong.lab.suite.tables import of_scale
 DOCS = Path(__file__).resolve().parent
 HEAD = """# Leaderboard
 
-`rotorpong suite v1` plays a frozen benchmark: {cells} cells of {balls} balls each, with vehicles,
-cameras, serves and seeds that never change. The *skill* of a cell puts a hit rate between those of
-a drone that only hovers, 0, and of the [oracle](players.md), 1, on the same balls; the *score* is
-the mean skill of the cells, with its 95 % interval. This page is made by
-`python docs/make_leaderboard.py` from the results in `docs/leaderboard/`.
+`rotorpong suite v1` plays a frozen benchmark: {cells} [cells](#the-cells) of {balls} balls each,
+with vehicles, cameras, serves and seeds that never change. The *skill* of a cell puts a hit rate
+between those of a drone that only hovers, 0, and of the [oracle](players.md), 1, on the same balls;
+the *score* is the mean skill of the cells, with its 95 % interval; beside it stands the hit rate of
+each cell in per cent. This page is made by `python docs/make_leaderboard.py` from the results in
+`docs/leaderboard/`.
 """
 TAKE_PART = """\
 ## Take part
@@ -40,9 +41,10 @@ any number of workers.
 
 What a player knows beforehand is its own affair. A learner of ours starts from ten demonstrations,
 or from a file of `rotorpong train` by `--experience`; the suite itself teaches nothing, and the
-result says how many hits and balls of which serves that file holds. Training never meets the
-suite's balls: it throws others for every seed. A player of your own brings what it knows in its
-file. With eyes `truth` a player is told where the ball is, so it stands in a table apart.
+result says how many hits and balls of which serves that file holds. Training throws other balls
+than the suite, and a file of the suite's own seed is refused. A player of your own brings what it
+knows in its file. Choose settings on other seeds than {seed}. With eyes `truth` a player is told
+where the ball is, so it stands in a table apart.
 
 `--quick` plays the first twenty balls of each cell, to see that everything works.
 """
@@ -81,7 +83,7 @@ def page(entries: dict[str, dict[str, Any]]) -> str:
         "## Told the truth\n\nEyes `truth`, or no eyes at all: no entries, but bounds.\n\n"
         + board(told),
         "## The results\n\n" + "\n".join(described(*named) for named in entries.items()),
-        TAKE_PART,
+        TAKE_PART.format(seed=V1.cells[0].seed),
         "## The cells\n\n" + cells_table(),
         f"{FROZEN}\nSHA-256 of all that is committed of v1: `{suite_digest(V1)}`.\n",
     ]
@@ -101,7 +103,7 @@ def board(entries: dict[str, dict[str, Any]]) -> str:
 
 def described(name: str, one: dict[str, Any]) -> str:
     """Return which command gave a result, and what its player had learnt from."""
-    lines = [f"({name})=", f"`{name}`, version {one['version']}:", "", f"    {one['command']}", ""]
+    lines = [f"### {name}", "", f"Version {one['version']}:", "", f"    {one['command']}", ""]
     learnt = one["experience"]
     if learnt is not None:
         lines += [

@@ -28,7 +28,7 @@ from rotorpong.lab.suite.frozen import (
 from rotorpong.lab.suite.kept import Kept
 from rotorpong.lab.suite.playing import Entrant, play_suite
 from rotorpong.lab.suite.scores import Score, mean_score, skill_score
-from rotorpong.lab.train import knowledge_of, train
+from rotorpong.lab.train import knowledge_of, run_of, train
 from rotorpong.lab.trial import play_trial, stage_of
 from rotorpong.play.hover import Hover
 
@@ -230,7 +230,7 @@ def test_what_another_run_left_is_not_gone_on_with(tmp_path):
 
 def test_a_users_own_player_plays_and_its_file_is_told(tmp_path):
     one, same, other = (
-        Entrant(Spec(write_player(tmp_path, text, name), "truth")).check()
+        Entrant(Spec(write_player(tmp_path, text, name), "truth")).check(V1)
         for name, text in (("one.py", STILL), ("same.py", STILL), ("other.py", LOOKING))
     )
     digests = [entrant.as_json()["contents"]["player"] for entrant in (one, same, other)]
@@ -250,7 +250,7 @@ def test_the_result_tells_what_a_learner_learnt_from(tmp_path):
     spec = Spec(eyes="truth", seed=1, player_settings=PlayerSettings(length_scale=12.0))
     train(spec, 1, tmp_path / "run.sqlite")
     run, knowledge = knowledge_of(tmp_path / "run.sqlite")
-    found = Entrant(replace(spec, seed=0), knowledge, run).check().as_json()
+    found = Entrant(replace(spec, seed=0), knowledge, run).check(V1).as_json()
     learnt = found["experience"]
     assert (learnt["hits"], learnt["balls"]) == (1, len(knowledge.trials))
     assert (learnt["demonstrations"], learnt["seed"], learnt["player"]) == (10, 1, "paper")
@@ -265,7 +265,10 @@ def test_experience_for_a_player_that_uses_none_is_refused():
     known = Knowledge(shipped_demonstrations())
     for player in ("hover", "oracle"):
         with pytest.raises(InputError, match=f"--experience with player '{player}': has no effect"):
-            Entrant(Spec(player, "truth"), known).check()
-    assert Entrant(Spec("nearest", "truth"), known).check()
+            Entrant(Spec(player, "truth"), known).check(V1)
+    assert Entrant(Spec("nearest", "truth"), known).check(V1)
+    run = run_of(Spec(eyes="truth", seed=2015))
+    with pytest.raises(InputError, match="--experience of seed 2015: is a seed of suite v1"):
+        Entrant(Spec(eyes="truth"), known, run).check(V1)
     with pytest.raises(InputError, match="player oracle with eyes 'paper'"):
-        Entrant(Spec("oracle")).check()
+        Entrant(Spec("oracle")).check(V1)

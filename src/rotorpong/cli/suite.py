@@ -62,7 +62,7 @@ class Suite(Match):
         require_count("workers", self.workers)
         suite = SUITES[self.what]
         self._check()
-        entrant = self._entrant().check()
+        entrant = self._entrant().check(suite)
         kept = None if self.out is None else Kept(self.out, self.resume).check()
         compile_kernels(self.eyes)
         with progress_bar() as advance:

@@ -41,17 +41,23 @@ class Entrant:
     knowledge: Knowledge | None = None  # None: the shipped demonstrations
     run: Run | None = None  # that the knowledge is from
 
-    def check(self) -> "Entrant":
+    def check(self, suite: Suite) -> "Entrant":
         """Return the entrant if it can play.
 
         Raises:
-            InputError: an experience for a player that uses none, or what `Spec.check` refuses.
+            InputError: an experience that is of no use to the player, or that was gathered with a
+                seed of the suite, which may be of its constant serve; or what `Spec.check` refuses.
         """
         player = self.spec.player
         if self.knowledge is not None and player not in DECIDING_ONCE:
             raise InputError(
                 f"--experience with player {player!r}: has no effect; expected player "
                 f"{' or '.join(DECIDING_ONCE)}"
+            )
+        if self.run is not None and self.run.seed in {cell.seed for cell in suite.cells}:
+            raise InputError(
+                f"--experience of seed {self.run.seed}: is a seed of suite {suite.name}; expected "
+                "one of another seed"
             )
         self.spec.check()
         return self
