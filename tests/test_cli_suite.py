@@ -27,7 +27,7 @@ BAD = {
     "suite v1 --player nobody": "unknown player 'nobody': expected one of hover",
     "suite v1 --player gone.py:Own": "no file 'gone.py'; expected FILE.py:CLASS",
     "suite v1 --player oracle": "player oracle with eyes 'paper': expected eyes truth",
-    "suite v1 --player hover --length-scale 3": "has no effect; expected player paper",
+    "suite v1 --player hover --length-scale 3": "with player 'hover': has no effect; expected",
     "suite v1 --eyes radar": "unknown eyes 'radar'",
     "suite v1 --experience gone.sqlite": "gone.sqlite: does not exist",
     "suite v1 --experience text": "text: not an experience file",

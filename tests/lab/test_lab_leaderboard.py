@@ -63,6 +63,15 @@ def test_hover_and_oracle_on_the_leaderboard_are_the_committed_floor_and_ceiling
             assert cell["outcomes"] == getattr(known[cell["name"]], player)
 
 
+def test_our_own_results_are_of_the_commands_that_play_them(maker):
+    """Flag by flag; their order in a result is that of the help."""
+    for name, flags in maker.OURS.items():
+        path = DOCS / "leaderboard" / f"{name}.json"
+        if path.exists():
+            words = read_entry(path)["command"].replace(".0 ", " ").split()[3:]
+            assert sorted(words) == sorted(flags.split())
+
+
 def test_the_best_come_first_and_those_who_are_told_the_truth_stand_apart(maker):
     entries = maker.read_entries(DOCS / "leaderboard")
     scores = [one["score"] for one in entries.values()]
