@@ -111,7 +111,11 @@ def test_json_names_units_and_leaves_out_what_no_rule_reads():
             {"selection": "ucb", "temperature": 0.1},
             "--temperature 0.1: has no effect without --selection temperature",
         ),
-        ("paper", {"selection": "temperature", "temperature": 0.0}, "expected a positive number"),
+        (
+            "paper",
+            {"selection": "temperature", "temperature": 0.0},
+            "--temperature 0.0: expected a number from 0.001 to 1000",
+        ),
         ("paper", {"selection": "ucb", "deviations": -1.0}, "expected a number from 0 to 100"),
         ("paper", {"exploration_sd": math.nan}, "--exploration-sd-m nan: expected a number from"),
         ("paper", {"exploration_sd": 2.0}, "expected a number from 0 to 1 m"),
