@@ -19,7 +19,7 @@ from rotorpong.files import digest_of
 from rotorpong.lab.choices import require_choice
 from rotorpong.lab.control_settings import require_control
 from rotorpong.lab.eye_settings import EYES, NOTHING_SET, EyeSettings
-from rotorpong.lab.player_settings import USUAL, PlayerSettings
+from rotorpong.lab.player_settings import DECIDING_ONCE, USUAL, PlayerSettings
 from rotorpong.lab.randomize import require_randomizable
 from rotorpong.lab.serving import SERVE_KINDS, serve_source
 from rotorpong.lab.tracking import tracker_eyes
@@ -34,7 +34,6 @@ from rotorpong.world.serves import KINDS, ServeKind
 from rotorpong.world.simulated_drone import Setting, SimulatedDrone
 from rotorpong.world.truth_eyes import TruthEyes
 
-DECIDING_ONCE = ("nearest", "single", "paper", "bandit")  # when the ball passes the plane
 PLAYERS = ("hover", *DECIDING_ONCE, "oracle")
 LEARNERS = ("single", "paper", "bandit")
 VEHICLES: dict[str, Vehicle] = {v.name: v for v in (TUM_GAZEBO, ARDRONE2, ARDRONE2_RAW)}

@@ -17,9 +17,9 @@ from PIL import Image, ImageDraw, ImageFont
 
 from rotorpong.conventions import Picture
 from rotorpong.lab.footage import Sight, Take
+from rotorpong.lab.player_settings import DECIDING_ONCE
 from rotorpong.lab.report.film import circle_in_picture
 from rotorpong.lab.report.onlooker import HEIGHT, WIDTH, Instant, picture_of, seen_at
-from rotorpong.lab.spec import DECIDING_ONCE
 from rotorpong.lab.trial import Stage
 from rotorpong.world.contact import TICK
 
