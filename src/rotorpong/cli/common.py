@@ -54,6 +54,9 @@ class Match(Common):
     """Of the same players: lambda of CrKR, the variance of a label in m^2; 0.1 by default."""
     tune: FlagCreatePairsOff[bool] = False
     """Of the same players: CrKR finds length scales and lambda itself, by marginal likelihood."""
+    primitive: int | None = None
+    """Of player single: the number of the demonstration whose motion it flies, from 0; by default
+    that which was rewarded best."""
     control: str | None = None
     """How motions are flown, players nearest, single, paper and bandit: open as in the paper (the
     default), feed-forward, or closed-loop."""
@@ -69,7 +72,11 @@ class Match(Common):
             "ball": self.ball,
             "eye_settings": EyeSettings(self.circle_fit, self.diameter, self.colour),
             "player_settings": PlayerSettings(
-                self.labels, self.length_scale, self.regularization, self.tune or None
+                self.labels,
+                self.length_scale,
+                self.regularization,
+                self.tune or None,
+                primitive=self.primitive,
             ),
             "control": self.control,
         }

@@ -1,6 +1,7 @@
 """What can be set about players. What is not asked for is as in `PaperSettings`.
 
     paper, single    labels, length scale, regularization, tune
+    single           primitive
     bandit           length scale, regularization, tune
 
 What is asked for must have an effect on the player chosen.
@@ -19,7 +20,7 @@ OF_CRKR = ("length_scale", "regularization")
 TUNED = (*OF_CRKR, "tune")
 SETTABLE: Mapping[str, tuple[str, ...]] = {
     "paper": ("labels", *TUNED),
-    "single": ("labels", *TUNED),
+    "single": ("labels", *TUNED, "primitive"),
     "bandit": TUNED,
 }
 
@@ -32,6 +33,7 @@ class PlayerSettings:
     length_scale: float | None = None  # of CrKR, in standard deviations of the demonstrations
     regularization: float | None = None  # lambda of Eq. (6), m^2
     tune: bool | None = None  # both by marginal likelihood
+    primitive: int | None = None  # of which demonstration that the eyes saw, from 0
 
     def check(self, player: str) -> None:
         """Raise InputError if something is unknown or has no effect on this player."""
