@@ -27,7 +27,10 @@ from rotorpong.paper.findings import Findings, Item, Line, Scale
 from rotorpong.paper.page import Part, html_page, markdown_page
 from rotorpong.paper.work import Progress, answers_of
 
-ITEMS = ("fig6", "fig7a", "fig7b", "real", "ladder", "sensitivity")
+ITEMS = (
+    *("fig1", "table1", "fig3", "fig4", "fig6", "fig7a", "fig7b", "real"),
+    *("ladder", "sensitivity"),
+)
 ALL = "all"
 DPI = 110
 

@@ -1,0 +1,20 @@
+"""Pictures as plain JSON: what jobs return of frames, and how figures get them back."""
+
+import base64
+
+import cv2
+import numpy as np
+
+from rotorpong.conventions import Picture
+
+
+def as_text(picture: Picture) -> str:
+    """Return a picture as PNG in base64."""
+    _, png = cv2.imencode(".png", picture)
+    return base64.b64encode(png.tobytes()).decode("ascii")
+
+
+def as_rgb(text: str) -> Picture:
+    """Return what `as_text` made of a picture, red first, as matplotlib shows it."""
+    png = np.frombuffer(base64.b64decode(text), np.uint8)
+    return np.ascontiguousarray(cv2.imdecode(png, cv2.IMREAD_COLOR)[..., ::-1])
