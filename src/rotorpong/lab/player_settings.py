@@ -1,8 +1,9 @@
 """What can be set about players. What is not asked for is as in `PaperSettings`.
 
     nearest    trigger, plane distance
-    single     these; labels, length scale, regularization, tune; exploration
-    paper      these; selection, temperature, deviations, learning from misses
+    paper      these; labels, length scale, regularization, tune; exploration;
+               selection, temperature, deviations, learning from misses
+    single     as paper, but no mixture: a primitive in place of what is set of it
     bandit     as paper, but neither labels nor exploration, which are its own
 
 What is asked for must have an effect on the player chosen. Labels and exploration have theirs while
@@ -25,7 +26,7 @@ TUNED = (*OF_CRKR, "tune")
 OF_MIXTURE = ("selection", "temperature", "deviations", "learn_from_misses")
 SETTABLE: Mapping[str, tuple[str, ...]] = {
     "nearest": OF_TRIGGER,
-    "single": ("labels", *TUNED, *OF_TRIGGER, "exploration_sd"),
+    "single": ("labels", *TUNED, *OF_TRIGGER, "exploration_sd", "primitive"),
     "paper": ("labels", *TUNED, *OF_TRIGGER, "exploration_sd", *OF_MIXTURE),
     "bandit": (*TUNED, *OF_TRIGGER, *OF_MIXTURE),
 }
@@ -64,6 +65,7 @@ class PlayerSettings:
     temperature: float | None = None  # of rule temperature, in units of the reward
     deviations: float | None = None  # of rule ucb
     learn_from_misses: bool | None = None  # what primitives are worth
+    primitive: int | None = None  # of which demonstration that the eyes saw, from 0
 
     def check(self, player: str) -> None:
         """Raise InputError if something is unknown or has no effect on this player."""

@@ -28,7 +28,10 @@ from rotorpong.paper.findings import Findings, Item, Scale
 from rotorpong.paper.page import html_page, markdown_page
 from rotorpong.paper.work import Progress, answers_of
 
-ITEMS = ("fig1", "table1", "fig3", "fig4", "table2", "fig5", "fig6")
+ITEMS = (
+    *("fig1", "table1", "fig3", "fig4", "table2", "fig5", "fig6", "fig7a", "fig7b", "real"),
+    *("ladder", "sensitivity"),
+)
 ALL = "all"
 DPI = 110
 
