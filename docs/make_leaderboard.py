@@ -123,7 +123,7 @@ def page(entries: dict[str, dict[str, Any]]) -> str:
     parts = [
         HEAD.format(cells=len(V1.cells), balls=V1.cells[0].balls),
         "## From pictures\n\n" + board(seen),
-        "## Told the truth\n\nEyes `truth`, or no eyes at all: no entries, but bounds.\n\n"
+        "## Told the truth\n\nBounds, not entries: eyes `truth`, or a player that needs none.\n\n"
         + board(told),
         "## The results\n\n" + "\n".join(described(*named) for named in entries.items()),
         TAKE_PART.format(seed=V1.cells[0].seed),
@@ -135,6 +135,8 @@ def page(entries: dict[str, dict[str, Any]]) -> str:
 
 def board(entries: dict[str, dict[str, Any]]) -> str:
     """Return results as a table: score, and the hit rate of each cell in per cent."""
+    if not entries:
+        return "Nobody yet.\n"
     names = [cell.name for cell in V1.cells]
     lines = [["score", "result", "player", "eyes", "knows", *names]]
     for name, one in entries.items():
