@@ -65,6 +65,7 @@ def test_the_tracker_is_nearer_to_the_truth_than_the_circle_in_whole_pixels(seen
 def test_truth_between_ticks_lies_on_the_line_between_them():
     drone = hovering()
     before, between, after = (true_state(drone, time) for time in (0.2, 0.2004, 0.201))
+    np.testing.assert_array_equal(between[3:], before[3:])
     line = before[:3] + 0.4 * (after[:3] - before[:3])
     np.testing.assert_allclose(between[:3], line, rtol=0, atol=1e-12)
     assert np.abs(before[:3] - line).max() > 1e-3

@@ -150,7 +150,9 @@ def _remarks(counts: Mapping[str, Mapping[str, int]]) -> str:
         "more than half of what a pixel of the diameter is worth. Steps that coincide with a "
         f"change of the diameter in whole pixels: {shares}. Far away a pixel is worth most and "
         "the diameter changes seldom; near by it changes in every frame. Dotted: the bounce, over "
-        "which a finite difference knows neither velocity. The paper's figure has no numbers."
+        "which a finite difference knows neither velocity. Far away the circle is too small and "
+        "the ball seems too far; off the axis, near by, Eq. (1) puts it too near. The paper's "
+        "figure has no numbers."
     )
 
 

@@ -22,7 +22,7 @@ from rotorpong.physics.camera import GAZEBO
 from rotorpong.world.contact import TICK
 from rotorpong.world.simulated_drone import SimulatedDrone
 
-WHOLE, FLOAT, TRACKER = "paper, whole pixels", "paper, float", "tracker"
+WHOLE, FLOAT, TRACKER = "paper's eyes, whole pixels", "paper's eyes, float", "tracker"
 EYES: Mapping[str, tuple[str, EyeSettings]] = {
     WHOLE: ("paper", EyeSettings(diameter="whole")),
     FLOAT: ("paper", EyeSettings(diameter="float")),
@@ -79,13 +79,19 @@ def watched(stage: Stage, index: int, eyes: Sequence[str] = tuple(EYES)) -> dict
 
 
 def true_state(drone: SimulatedDrone, time: float) -> Float[ndarray, "6"]:
-    """Return the ball's position (m) and velocity (m/s) in the camera frame, also between ticks."""
+    """Return the ball's position (m) and velocity (m/s) in the camera frame.
+
+    Between ticks the position is on the line from one to the other; the velocity is the nearer
+    tick's, for a bounce has none in between.
+    """
     tick = math.floor(time / TICK + ON_A_TICK)
     share = time / TICK - tick
-    before = np.concatenate(drone.ball_in_camera(tick * TICK))
-    if share <= ON_A_TICK:
-        return before
-    return before + share * (np.concatenate(drone.ball_in_camera((tick + 1) * TICK)) - before)
+    position, velocity = drone.ball_in_camera(tick * TICK)
+    if share > ON_A_TICK:
+        after, _ = drone.ball_in_camera((tick + 1) * TICK)
+        position = position + share * (after - position)
+        velocity = drone.ball_in_camera(time)[1]
+    return np.concatenate([position, velocity])
 
 
 def mean_errors(sights: Told) -> Float[ndarray, "6"]:
