@@ -8,6 +8,7 @@ from test_cli import PLAYER, SERVE_HEADER, ask, complaint, is_one_line_of_json
 
 from rotorpong.experience import create
 from rotorpong.lab import workers as workers_module
+from rotorpong.lab.player_settings import PlayerSettings
 from rotorpong.lab.spec import Spec
 from rotorpong.lab.train import run_of, train
 
@@ -42,6 +43,23 @@ def test_experience_of_another_ball_or_of_eyes_set_otherwise_is_accepted_with_wa
         "rotorpong: run.sqlite was recorded with another ball\n"
         "rotorpong: run.sqlite was recorded with another setting of the eyes\n"
     )
+
+
+def test_experience_of_a_player_set_otherwise_is_accepted_with_a_warning(here, capfd):
+    settings = PlayerSettings(exploration_sd=0.05, plane_distance=2.0)
+    spec = Spec(eyes="truth", player_settings=settings, control="feed-forward")
+    train(spec.check(), 1, here / "run.sqlite")
+    line = "evaluate --eyes truth --balls 1 --experience run.sqlite --json"
+    same = f"{line} --plane-distance-m 2 --exploration-sd-m 0.05 --control feed-forward"
+    status, out, err = ask(capfd, *same.split())
+    assert (status, err) == (0, "")
+    told = json.loads(out)["player_settings"]
+    assert (told["plane_distance_m"], told["exploration_sd_m"]) == (2.0, 0.05)
+    assert ask(capfd, *line.split())[2] == (
+        "rotorpong: run.sqlite was recorded with another setting of the player\n"
+        "rotorpong: run.sqlite was recorded with another control\n"
+    )
+    assert ask(capfd, *line.split(), "--player", "hover")[2] == ""
 
 
 def test_an_evaluation_says_which_ball_was_thrown_and_how_the_eyes_were_set(here, capfd):

@@ -7,11 +7,11 @@ import pytest
 
 from rotorpong.conventions import InputError, StoreError
 from rotorpong.experience import create, open_store, shipped_demonstrations
-from rotorpong.lab.control_settings import CONTROLS, STEERABLE, control_of
+from rotorpong.lab.control_settings import CONTROLS, control_of
 from rotorpong.lab.evaluate import Knowledge, evaluate, header, make_player
 from rotorpong.lab.learners import settings_of
-from rotorpong.lab.player_settings import PlayerSettings
-from rotorpong.lab.spec import DECIDING_ONCE, Spec
+from rotorpong.lab.player_settings import DECIDING_ONCE, PlayerSettings
+from rotorpong.lab.spec import Spec
 from rotorpong.lab.train import run_of
 
 SPEC = Spec(eyes="truth", seed=4)
@@ -47,11 +47,7 @@ def test_an_evaluation_says_how_motions_were_flown_if_any_were():
     assert "control" not in header(replace(SPEC, player="hover"), 1)
 
 
-def test_all_that_decide_once_fly_a_motion_and_steer():
-    assert STEERABLE == DECIDING_ONCE
-
-
-@pytest.mark.parametrize("player", STEERABLE)
+@pytest.mark.parametrize("player", DECIDING_ONCE)
 def test_the_same_serves_are_flown_otherwise_and_open_is_as_ever(player):
     known = Knowledge(shipped_demonstrations())
     misses = {

@@ -8,7 +8,9 @@ import pytest
 from rotorpong.conventions import InputError
 from rotorpong.experience import shipped_demonstrations
 from rotorpong.lab.demonstrate import lessons_of, record_demonstrations, replay
+from rotorpong.lab.player_settings import PlayerSettings
 from rotorpong.lab.spec import Spec
+from rotorpong.play.paper import PaperSettings
 
 SHIPPED = shipped_demonstrations()
 
@@ -68,6 +70,18 @@ def test_a_replay_depends_on_the_demonstration_and_not_on_the_spec_that_asks():
     assert two is not None
     np.testing.assert_array_equal(one.ball, two.ball)
     np.testing.assert_array_equal(one.path.positions, two.path.positions)
+
+
+@pytest.mark.parametrize(("trigger", "plane"), [("plane", 1.2), ("distance", 1.2), ("plane", 3.3)])
+def test_a_lesson_begins_where_the_players_own_trigger_lies(trigger, plane):
+    asked = PlayerSettings(trigger=trigger, plane_distance=plane)
+    usual = lessons_of(SHIPPED[:3], Spec(eyes="truth"))
+    lessons = lessons_of(SHIPPED[:3], Spec(eyes="truth", player_settings=asked))
+    for lesson, before in zip(lessons, usual, strict=True):
+        near = lesson.ball[2] if trigger == "plane" else np.linalg.norm(lesson.ball[:3])
+        assert plane - 0.2 < near < plane  # the ball flies 0.15 m a frame
+        shorter = lesson.hitting_point[6] < before.hitting_point[6]
+        assert shorter == (plane < PaperSettings().plane_distance)
 
 
 def test_what_was_flown_on_something_else_is_refused():

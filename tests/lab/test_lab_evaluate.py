@@ -85,7 +85,8 @@ def test_the_summary_names_everything_that_was_asked_for():
     spec = replace(spec, randomize=True, blackout=True, control="closed-loop")
     found = summary(spec, (), header(spec, 0, Path("own.sqlite")))
     settings = spec.eye_settings.as_json(spec.eyes, spec.ball)
-    asked = {**asdict(spec), "eye_settings": settings, "player_settings": {}}
+    of_player = spec.player_settings.as_json(spec.player)
+    asked = {**asdict(spec), "eye_settings": settings, "player_settings": of_player}
     assert {key: found[key] for key in asked} == asked
     assert (found["experience"], found["version"]) == ("own.sqlite", __version__)
     assert (summary(spec, ())["experience"], found["contents"]) == (None, {})

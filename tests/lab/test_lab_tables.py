@@ -6,6 +6,7 @@ import pytest
 from rich.console import Console
 
 from rotorpong.lab.evaluate import Result, summary
+from rotorpong.lab.player_settings import PlayerSettings
 from rotorpong.lab.spec import Spec
 from rotorpong.lab.tables import (
     conversion_table,
@@ -61,6 +62,24 @@ def test_a_summary_counts_every_outcome():
     assert rows["hull"] == "2"
     assert rows["hit rate (95 %)"].startswith("33.3 % (")
     assert rows["miss distance, median"] == "20.0 cm"
+
+
+def test_a_summary_shows_what_is_unusual_of_the_player_and_nothing_else():
+    settings = PlayerSettings(
+        tune=True, plane_distance=2.0, selection="ucb", deviations=0.5, learn_from_misses=True
+    )
+    spec = Spec(eyes="truth", player_settings=settings, control="feed-forward")
+    hit = Result(0, "hit", 0.0, 0.0, None, reachable=True)
+    told = {
+        cells[1].strip(): cells[2].strip()
+        for line in shown(summary_table(summary(spec.check(), [hit]))).splitlines()
+        if len(cells := line.split("│")) > 2
+    }
+    expected = {"tune": "yes", "plane distance, m": "2", "selection": "ucb", "deviations": "0.5"}
+    expected |= {"learn from misses": "yes", "control": "feed-forward"}
+    assert told.items() >= expected.items()
+    usual = shown(summary_table(summary(Spec(eyes="truth"), [hit])))
+    assert not any(what in usual for what in (*expected, "labels", "trigger", "exploration"))
 
 
 def test_a_summary_without_misses_shows_a_dash():

@@ -13,13 +13,14 @@ from rotorpong.geometry import rotation_from_quaternion
 from rotorpong.lab import throw as thrower
 from rotorpong.lab.evaluate import evaluate
 from rotorpong.lab.footage import play_again
+from rotorpong.lab.player_settings import PlayerSettings
 from rotorpong.lab.report import onlooker
 from rotorpong.lab.report.cinema import FRAME_SIZE, Scenery, beside, onboard, shot
 from rotorpong.lab.report.model import drone_faces
 from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec
 from rotorpong.lab.throw import FILM_FPS, HELD_S, throw
-from rotorpong.lab.trial import Stage
+from rotorpong.lab.trial import Stage, stage_of
 from rotorpong.play.hover import Hover
 from rotorpong.vision import PaperEyes
 from rotorpong.world.court import TABLE_HALF_LENGTH, TABLE_HALF_WIDTH
@@ -50,6 +51,16 @@ def frames_of(path):
     while film.read()[0]:
         count += 1
     return count
+
+
+def test_a_film_marks_the_trigger_of_the_player_that_is_shown():
+    depths = []
+    for asked in (PlayerSettings(), PlayerSettings(plane_distance=1.5)):
+        spec = Spec("nearest", "truth", player_settings=asked)
+        trigger = play_again(stage_of(spec.check()), 0, Hover()).trigger
+        assert trigger is not None
+        depths.append(trigger.position[2])
+    assert 1.3 < depths[1] < 1.5 < depths[0] < 2.5
 
 
 def test_what_is_shown_is_the_trial_of_the_evaluation(tmp_path):

@@ -54,6 +54,24 @@ class Match(Common):
     """Of the same players: lambda of CrKR, the variance of a label in m^2; 0.1 by default."""
     tune: FlagCreatePairsOff[bool] = False
     """Of the same players: CrKR finds length scales and lambda itself, by marginal likelihood."""
+    trigger: str | None = None
+    """Of players nearest, single, paper and bandit, what sets them going: the ball behind a plane
+    before the camera (plane, the default), or within a distance of it (distance)."""
+    plane_distance_m: float | None = None
+    """Of the same players: how far that is, 0.8 to 4; 2.5 by default."""
+    exploration_sd_m: float | None = None
+    """Of players paper and single while they train: how widely hitting points are varied, each
+    axis, 0 to 1; 0.1 by default."""
+    selection: str | None = None
+    """Of players paper and bandit, how primitives are weighed by the reward V that each promises:
+    paper (exp(V), the default), temperature (exp(V / temperature)), or one alone: greedy (largest
+    V), thompson (largest V drawn), ucb (largest V + deviations sd(V))."""
+    temperature: float | None = None
+    """Of selection temperature, in units of the reward; 1 by default."""
+    deviations: float | None = None
+    """Of selection ucb; 1 by default."""
+    learn_from_misses: FlagCreatePairsOff[bool] = False
+    """Of players paper and bandit: a miss teaches what primitives are worth, with reward 0."""
     primitive: int | None = None
     """Of player single: the number of the demonstration whose motion it flies, from 0; by default
     that which was rewarded best."""
@@ -72,10 +90,17 @@ class Match(Common):
             "ball": self.ball,
             "eye_settings": EyeSettings(self.circle_fit, self.diameter, self.colour),
             "player_settings": PlayerSettings(
-                self.labels,
-                self.length_scale,
-                self.regularization,
-                self.tune or None,
+                labels=self.labels,
+                length_scale=self.length_scale,
+                regularization=self.regularization,
+                tune=self.tune or None,
+                trigger=self.trigger,
+                plane_distance=self.plane_distance_m,
+                exploration_sd=self.exploration_sd_m,
+                selection=self.selection,
+                temperature=self.temperature,
+                deviations=self.deviations,
+                learn_from_misses=self.learn_from_misses or None,
                 primitive=self.primitive,
             ),
             "control": self.control,
@@ -95,9 +120,9 @@ class Varied(Match):
 SAID = {
     "spec.ball": "ball",
     "spec.eye_settings": "setting of the eyes",
-    "spec.control": "control",
     "colour": "colour",
 }
+SAID_OF_LEARNERS = {"spec.player_settings": "setting of the player", "spec.control": "control"}
 
 
 def knowledge_of(spec: Any, experience: Path | None) -> Any:
@@ -109,13 +134,15 @@ def knowledge_of(spec: Any, experience: Path | None) -> Any:
 
     run, knowledge = train.knowledge_of(experience)
     ours = train.run_of(spec)
-    whose = ("player",) if spec.player in LEARNERS else ()
+    whose, said = (), SAID
+    if spec.player in LEARNERS:
+        whose, said = ("player",), SAID | SAID_OF_LEARNERS
     for what in (*whose, "eyes", "camera", "vehicle", "serves"):
         then, now = getattr(run, what), getattr(ours, what)
         if run.identity()[what] != ours.identity()[what]:
             contents = f"{what} {then}, not {now}" if then != now else f"another {what} {now}"
             say(f"{experience} was recorded with {contents}")
-    for what, words in SAID.items():
+    for what, words in said.items():
         if run.identity().get(what) != ours.identity().get(what):
             say(f"{experience} was recorded with another {words}")
     return knowledge

@@ -12,10 +12,10 @@ from typing import cast
 from rotorpong.control import Control
 from rotorpong.conventions import InputError
 from rotorpong.lab.choices import require_choice
+from rotorpong.lab.player_settings import DECIDING_ONCE
 
 CONTROLS = ("open", "feed-forward", "closed-loop")
 PAPERS_CONTROL = "open"
-STEERABLE = ("nearest", "single", "paper", "bandit")  # players that fly a motion
 
 
 def require_control(control: str | None, player: str) -> None:
@@ -23,10 +23,10 @@ def require_control(control: str | None, player: str) -> None:
     if control is None:
         return
     require_choice("control", control, CONTROLS)
-    if player not in STEERABLE:
+    if player not in DECIDING_ONCE:
         raise InputError(
             f"--control {control} with player {player!r}: has no effect; expected player "
-            f"{' or '.join(STEERABLE)}"
+            f"{' or '.join(DECIDING_ONCE)}"
         )
 
 

@@ -55,10 +55,10 @@ def record_demonstrations(
 
 
 def replay(demonstration: Demonstration, spec: Spec) -> Lesson | None:
-    """Fly a demonstration again before the eyes and camera of a spec.
+    """Fly a demonstration again before the eyes, camera and trigger of a spec.
 
     Returns:
-        The lesson; `None` if these eyes never saw the ball cross the plane.
+        The lesson; `None` if these eyes never saw the ball pass the trigger in time.
 
     Raises:
         InputError: it was flown on what is not known here, or no longer ends in a hit.
@@ -68,7 +68,7 @@ def replay(demonstration: Demonstration, spec: Spec) -> Lesson | None:
     flown = replace(spec, vehicle="tum_gazebo", serves="human", seed=demonstration.seed)
     tape = [(row[0], VelocityCommand(*row[1:])) for row in demonstration.commands.tolist()]
     drone = _drone(flown, demonstration.trial, tape)
-    odometer, trigger = _watch(drone, flown.make_eyes(drone))
+    odometer, trigger = _watch(drone, flown.make_eyes(drone), flown.player_settings.of_paper())
     verdict = drone.verdict()
     if verdict.contact_time is None:
         raise InputError(
@@ -109,8 +109,10 @@ def _drone(spec: Spec, trial: int, tape: Tape) -> SimulatedDrone:
     return new_drone(stage_of(plain, "demonstrate"), trial, tape)
 
 
-def _watch(drone: SimulatedDrone, eyes: Eyes) -> tuple[Odometer, BallEstimate | None]:
-    odometer, trigger, settings = Odometer(), None, PaperSettings()
+def _watch(
+    drone: SimulatedDrone, eyes: Eyes, settings: PaperSettings
+) -> tuple[Odometer, BallEstimate | None]:
+    odometer, trigger = Odometer(), None
     while (observation := drone.observe()) is not None:
         odometer.add(observation.navdata)
         if trigger is None:

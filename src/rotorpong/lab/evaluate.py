@@ -14,10 +14,11 @@ import numpy as np
 from rotorpong import __version__
 from rotorpong.drone import Outcome, Player
 from rotorpong.experience import Demonstration, Trial, shipped_demonstrations
-from rotorpong.lab.control_settings import PAPERS_CONTROL, STEERABLE
+from rotorpong.lab.control_settings import PAPERS_CONTROL
 from rotorpong.lab.demonstrate import Progress, lessons_of
 from rotorpong.lab.learners import Learner, learner_of, settings_of
 from rotorpong.lab.oracle import Gate, Oracle
+from rotorpong.lab.player_settings import DECIDING_ONCE
 from rotorpong.lab.reachable import is_reachable
 from rotorpong.lab.spec import Spec, own_player
 from rotorpong.lab.statistics import rate, wilson_interval
@@ -95,14 +96,14 @@ def header(spec: Spec, balls: int, experience: Path | None = None) -> dict[str, 
         "eyes": spec.eyes,
         "vehicle": spec.vehicle_name,
         "camera": spec.camera_name,
-        "serves": spec.serves,
+        "serves": spec.serves_name,
         "racket": spec.racket,
         "blackout": spec.blackout,
         "randomize": spec.randomize,
         "ball": spec.ball,
         "eye_settings": spec.eye_settings.as_json(spec.eyes, spec.ball),
         "player_settings": spec.player_settings.as_json(spec.player),
-        **({"control": spec.control or PAPERS_CONTROL} if spec.player in STEERABLE else {}),
+        **({"control": spec.control or PAPERS_CONTROL} if spec.player in DECIDING_ONCE else {}),
         "experience": None if experience is None else str(experience),
         "contents": spec.contents(),
         "version": __version__,

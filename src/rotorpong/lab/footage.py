@@ -45,13 +45,13 @@ class Take:
     played: Played
     sights: tuple[Sight, ...]
     setting: Setting  # what the serve really met
+    settings: PaperSettings  # of the player: when it is set going
 
     @property
     def trigger(self) -> BallEstimate | None:
         """The first estimate that sets the paper's player going."""
-        settings = PaperSettings()
         estimates = (sight.estimate for sight in self.sights)
-        return next((one for one in estimates if one and settings.triggers(one)), None)
+        return next((one for one in estimates if one and self.settings.triggers(one)), None)
 
 
 def play_again(stage: Stage, index: int, player: Player, *, look: bool = True) -> Take:
@@ -77,7 +77,8 @@ def play_again(stage: Stage, index: int, player: Player, *, look: bool = True) -
         Sight(seen, looking.see(seen) if looking else None, ball) for seen, ball in watched.seen
     )
     generators = trial_generators(stage.spec.seed, stage.purpose, index)
-    return Take(played, sights, encounter(stage, index, generators)[0])
+    settings = stage.spec.player_settings.of_paper()
+    return Take(played, sights, encounter(stage, index, generators)[0], settings)
 
 
 def most_telling(stage: Stage, indices: Iterable[int], player: Player) -> int:

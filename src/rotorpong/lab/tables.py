@@ -5,6 +5,9 @@ from typing import Any
 from rich.markup import escape
 from rich.table import Table
 
+from rotorpong.lab.control_settings import PAPERS_CONTROL
+from rotorpong.lab.player_settings import USUAL
+
 LEFT_OUT = {
     "never_at_plane": "never pass the blade, left out below",
     "never_in_picture": "never in the picture, left out of the last sight",
@@ -29,7 +32,7 @@ def summary_table(result: dict[str, Any]) -> Table:
     if result["experience"] is not None:
         table.add_row("experience", escape(result["experience"]))
     for what, value in _unusual(result).items():
-        table.add_row(what.replace("_", " "), escape(value))
+        table.add_row(_words(what), escape(value))
     table.add_row("hits", str(result["hits"]))
     table.add_row("hit rate (95 %)", percent(result["hit_rate"], result["hit_rate_interval"]))
     table.add_row("reachable", str(result["reachable"]))
@@ -48,13 +51,26 @@ def summary_table(result: dict[str, Any]) -> Table:
 
 
 def _unusual(result: dict[str, Any]) -> dict[str, str]:
-    """Return what is not as the paper has it."""
+    """Return what is not as usual."""
     found = {what: "yes" for what in ("blackout", "randomize") if result[what]}
-    seen = {"ball": result["ball"], **result["eye_settings"]}
+    seen = {"ball": result["ball"], **result["eye_settings"], **result["player_settings"]}
     usual = {"ball": "orange", "colour": result["ball"], "circle_fit": "kasa", "diameter": "whole"}
-    seen["control"] = result.get("control", "open")
-    usual["control"] = "open"
-    return found | {what: value for what, value in seen.items() if value != usual[what]}
+    usual |= USUAL.as_json(result["player"]) | {"control": PAPERS_CONTROL}
+    seen["control"] = result.get("control", PAPERS_CONTROL)
+    return found | {what: _shown(value) for what, value in seen.items() if value != usual.get(what)}
+
+
+def _words(key: str) -> str:
+    """Return a key in words, its unit last: `plane distance, m`."""
+    words = key.removesuffix("_m").replace("_", " ")
+    return f"{words}, m" if key.endswith("_m") else words
+
+
+def _shown(setting: Any) -> str:
+    """Return a text, number or switch as a table shows it."""
+    if isinstance(setting, bool):
+        return "yes" if setting else "no"
+    return setting if isinstance(setting, str) else f"{setting:g}"
 
 
 def detection_table(result: dict[str, Any]) -> Table:

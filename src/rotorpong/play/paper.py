@@ -44,6 +44,7 @@ DEFAULT_INTERVAL = 1.0 / 30.0  # s, between commands as long as only one frame w
 SMALLEST_SD = 1e-3  # of a standardised quantity that hardly varies in the demonstrations
 
 Labels = Literal["commanded", "achieved"]
+Trigger = Literal["plane", "distance"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +52,7 @@ class PaperSettings:
     """The choices that the paper leaves open."""
 
     plane_distance: float = 2.5  # m
-    trigger: Literal["plane", "distance"] = "plane"
+    trigger: Trigger = "plane"
     labels: Labels = "commanded"
     exploration_sd: float = 0.10  # m, each axis of the hitting point's position, in training
     length_scale: float = 3.0  # of CrKR, in standard deviations of the demonstrations
