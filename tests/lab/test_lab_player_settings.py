@@ -47,6 +47,17 @@ def test_tuning_is_refused_where_nothing_can_be_tuned():
     assert PlayerSettings(tune=True).of_paper().tune
 
 
+def test_which_primitive_is_asked_of_the_player_with_one():
+    with pytest.raises(InputError, match="--primitive 3 with player 'paper': has no effect"):
+        Spec("paper", player_settings=PlayerSettings(primitive=3)).check()
+    settings = PlayerSettings(primitive=3)
+    assert Spec("single", player_settings=settings).check().player_settings.of_paper() == (
+        PaperSettings(primitive=3)
+    )
+    assert settings.unusual("single") == {"primitive": 3}
+    assert run_of(Spec("single")).spec.keys().isdisjoint({"player_settings"})
+
+
 def test_what_is_not_asked_for_is_as_usual():
     assert PlayerSettings().of_paper() == PaperSettings()
     assert PlayerSettings("achieved").of_paper() == PaperSettings(labels="achieved")
