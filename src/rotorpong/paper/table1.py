@@ -183,11 +183,18 @@ def _target(lines: Mapping[Any, Mapping[str, Any]]) -> str:
     said = "; ".join(f"{kind} balls: {_shares(lines['gazebo', kind, TRACKER])}" for kind in KINDS)
     return (
         "Target: the tracker's errors over those of the paper's eyes with whole pixels, camera "
-        f"`gazebo`, at most {TARGET:g} in depth and all velocities. {said}. A centred ball flies "
+        f"`gazebo`, at most {TARGET:g} in depth and all velocities. {said}. Centred balls "
+        "cost the paper's eyes less in X, where their error is that of depth times X/Z: vX "
+        f"{_both(lines, WHOLE)} cm/s on {' and '.join(KINDS)} balls, the tracker "
+        f"{_both(lines, TRACKER)}. A centred ball flies "
         "before the thrower's head, whose skin and hair are nearer to its colour than a wall is, "
         "and a frame that is taken within milliseconds of the bounce may get the vertical velocity "
         f"of its other side: {_medians(lines)}."
     )
+
+
+def _both(lines: Mapping[Any, Mapping[str, Any]], label: str) -> str:
+    return " and ".join(f"{lines['gazebo', kind, label]['vx_cm_per_s']:.1f}" for kind in KINDS)
 
 
 def _shares(values: Mapping[str, Any]) -> str:
