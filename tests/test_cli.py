@@ -307,7 +307,7 @@ def test_help_is_on_stdout_and_status_0(capfd, line):
 
 def test_help_does_not_promise_what_does_not_exist(capfd):
     shown = "".join(ask(capfd, *line.split())[1] for line in ("--help", "evaluate --help"))
-    for later in ("--session", "reproduce", "cockpit", "interceptor", "mavlink"):
+    for later in ("--session", "cockpit", "interceptor", "mavlink"):
         assert later not in shown
 
 
