@@ -2,12 +2,14 @@
 
 import importlib.util
 import re
+import sys
 import tempfile
 from pathlib import Path
 
 FOLDER = Path(__file__).resolve().parents[1] / "docs" / "lessons"
 LESSONS = sorted(FOLDER.glob("*.md"))
 NUMBER = r"(-?[0-9.]+)"
+sys.path.append(str(FOLDER))  # where scripts find what they share, as when they are run
 
 
 def page(lesson):

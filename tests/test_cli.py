@@ -179,7 +179,7 @@ BAD = {
     "demo --seed -1": "seed -1: expected a whole number",
     "demo --out text": "text: is a file; expected a folder",
     "doctor extra": "Unrecognized options: extra",
-    "nonsense": "demo, train, evaluate, detect, calibrate, serves, predict, throw, bench, doctor",
+    "nonsense": "demo, train, evaluate, suite, detect, calibrate, serves, predict, throw, bench,",
     "--nonsense": "Unrecognized or misplaced options: --nonsense",
 }
 

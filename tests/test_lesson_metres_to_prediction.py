@@ -10,13 +10,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from lesson_pages import FOLDER
 
 from rotorpong.conventions import GRAVITY
 from rotorpong.physics.ball import TABLE_SURFACE
 from rotorpong.vision.flight_filter import HUMAN_PRIOR, TUM_ATTITUDE, Belief, crossing, ground
 from rotorpong.world.racket import Racket
 
-SCRIPT = Path(__file__).resolve().parents[1] / "docs" / "lessons" / "metres_to_prediction.py"
+SCRIPT = FOLDER / "metres_to_prediction.py"
 PAGE = " ".join(SCRIPT.with_suffix(".md").read_text().split())  # wherever its lines are broken
 N = r"(-?[0-9.]+)"
 SAME = (  # a line that the script prints, and what the page makes of its numbers

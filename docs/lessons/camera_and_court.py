@@ -5,12 +5,10 @@ Writes six PNGs to `docs/images/lessons/` and prints every number that the page 
 
 import math
 from dataclasses import replace
-from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
+from lesson_figures import BLUE, GREEN, GREY, IMAGES, ORANGE, PINK, drawn
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from rotorpong.conventions import (
@@ -29,8 +27,6 @@ from rotorpong.world.court import (
 )
 from rotorpong.world.render import Scene, render
 
-IMAGES = Path(__file__).resolve().parents[1] / "images" / "lessons"
-BLUE, ORANGE, GREEN, PINK, GREY = "#0072b2", "#e69f00", "#009e73", "#cc79a7", "#8a8a8a"
 EYE = np.array([-1.69, 0.0, 0.20])  # m, world: the camera of a drone at home
 AXES = np.ascontiguousarray(CAMERA_FROM_BODY_AXES.T)  # world_from_camera, level
 BALL = np.array([-0.2, 0.1, 0.45])
@@ -38,27 +34,12 @@ UP = np.array([0.0, 0.0, 1.0])
 READOUT = 1.0 / 30.0  # s, in which a rolling shutter passes the picture: an assumption
 EXPOSURE = 0.010  # s, for the blur: an assumption
 SMALL_ERROR = 0.1  # px, of a diameter
-STYLE = {
-    "font.size": 9,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.color": "#e6e6e6",
-    "legend.frameon": False,
-}
 
 
 def main() -> None:
     """Draw all figures and print all numbers."""
-    IMAGES.mkdir(parents=True, exist_ok=True)
     for draw in (pinhole, distortion, shutter_and_blur, flight, bouncing, depth):
-        with mpl.rc_context(STYLE):  # pyright: ignore[reportArgumentType]
-            figure = Figure(figsize=(7.2, 3.2), layout="constrained")
-            FigureCanvasAgg(figure)
-            draw(figure)
-            path = IMAGES / f"{draw.__name__}.png"
-            figure.savefig(path, dpi=100, pil_kwargs={"optimize": True})
-        print(f"  {path.name}: {path.stat().st_size / 1000:.0f} kB")
+        print(f"  {drawn(draw, IMAGES)}")
 
 
 def in_camera(points: np.ndarray) -> np.ndarray:

@@ -3,27 +3,14 @@
 Writes five PNGs to `docs/images/lessons/` and prints every number that the page quotes.
 """
 
-from pathlib import Path
-
-import matplotlib as mpl
 import numpy as np
+from lesson_figures import BLUE, GREEN, GREY, IMAGES, ORANGE, PINK, drawn
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from rotorpong.lab.bench.learning_rows import rmse_cm, throws
 from rotorpong.learning import CrKR, NystroemCrKR, tune
 
-IMAGES = Path(__file__).resolve().parents[1] / "images" / "lessons"
-BLUE, ORANGE, GREEN, PINK, GREY = "#0072b2", "#e69f00", "#009e73", "#cc79a7", "#8a8a8a"
-STYLE = {
-    "font.size": 9,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.color": "#e6e6e6",
-    "legend.frameon": False,
-}
 WAY = 2.0  # m, from where the ball is first seen to the blade
 TYPICAL = 0.35  # s, taken off the times: Eq. (6) wants labels about zero
 NOISE = 0.02  # s, of a measured time
@@ -37,15 +24,8 @@ MANY = 2000
 
 def main() -> None:
     """Draw all figures and print all numbers."""
-    IMAGES.mkdir(parents=True, exist_ok=True)
     for draw in (crkr_estimate, crkr_costs, crkr_scales, crkr_throws, crkr_bounded):
-        with mpl.rc_context(STYLE):  # pyright: ignore[reportArgumentType]
-            figure = Figure(figsize=(7.2, 3.2), layout="constrained")
-            FigureCanvasAgg(figure)
-            draw(figure)
-            path = IMAGES / f"{draw.__name__}.png"
-            figure.savefig(path, dpi=100, pil_kwargs={"optimize": True})
-        print(f"  {path.name}: {path.stat().st_size / 1000:.0f} kB")
+        print(f"  {drawn(draw, IMAGES)}")
 
 
 def measured() -> np.ndarray:

@@ -3,11 +3,9 @@
 Writes six PNGs to `docs/images/lessons/` and prints every number that they show.
 """
 
-from pathlib import Path
-
 import matplotlib as mpl
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
+from lesson_figures import BLUE, GREEN, GREY, IMAGES, ORANGE, PINK, drawn
 from matplotlib.figure import Figure
 
 from rotorpong.primitives import Dmp, Flight, Motion, State, fit_dmp
@@ -19,32 +17,15 @@ from rotorpong.primitives.basis import (
 )
 from rotorpong.primitives.limits import Limits, report_limits, with_limits
 
-IMAGES = Path(__file__).resolve().parents[1] / "images" / "lessons"
-BLUE, ORANGE, GREEN, PINK, GREY = "#0072b2", "#e69f00", "#009e73", "#cc79a7", "#8a8a8a"
 T = np.linspace(0.0, 1.0, 80)
 FINE = np.linspace(0.0, 1.0, 1001)
 REST = State(np.zeros(2), np.zeros(2))
-STYLE = {
-    "font.size": 9,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.color": "#e6e6e6",
-    "legend.frameon": False,
-}
 
 
 def main() -> None:
     """Draw all figures and print all numbers."""
-    IMAGES.mkdir(parents=True, exist_ok=True)
     for draw in (shape_and_target, bells, elsewhere, two_fits, turning, fast_enough):
-        with mpl.rc_context(STYLE):  # pyright: ignore[reportArgumentType]
-            figure = Figure(figsize=(7.2, 3.2), layout="constrained")
-            FigureCanvasAgg(figure)
-            draw(figure)
-            path = IMAGES / f"{draw.__name__}.png"
-            figure.savefig(path, dpi=100, pil_kwargs={"optimize": True})
-        print(f"  {path.name}: {path.stat().st_size / 1000:.0f} kB")
+        print(f"  {drawn(draw, IMAGES)}")
 
 
 def stroke(t: np.ndarray) -> np.ndarray:

@@ -7,13 +7,11 @@ import functools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
+from lesson_figures import BLUE, GREEN, GREY, IMAGES, ORANGE, PINK, STYLE, drawn
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
 from matplotlib.ticker import FixedLocator, NullLocator
@@ -47,8 +45,6 @@ from rotorpong.vision.flight_filter import (
 )
 from rotorpong.vision.sphere import disc_of_sphere, sphere_of_disc
 
-IMAGES = Path(__file__).resolve().parents[1] / "images" / "lessons"
-BLUE, ORANGE, GREEN, PINK, GREY = "#0072b2", "#e69f00", "#009e73", "#cc79a7", "#8a8a8a"
 RED = "#d55e00"
 EYE = np.array(
     [-1.69, 0.0, 0.20]
@@ -78,15 +74,7 @@ ROUGH = 3.0  # m/s^2/sqrt(Hz), of the filter of metres, which knows no drag
 TILT = math.radians(1.0)  # rad, of a drone that does not hover level
 WALK = TUM_ATTITUDE.walk  # rad/sqrt(s)
 READING_SD = math.radians(0.2)  # rad, of one reading of the level
-STYLE = {
-    "font.size": 9,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.color": "#e6e6e6",
-    "axes.axisbelow": True,
-    "legend.frameon": False,
-}
+ABOVE_GRID = STYLE | {"axes.axisbelow": True}
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,17 +92,10 @@ Estimator = Callable[[Belief, Sequence[Sight], Prior], Track]
 
 def main() -> None:
     """Draw all figures and print all numbers."""
-    IMAGES.mkdir(parents=True, exist_ok=True)
     for draw in (
         speed_errors, fall_ruler, consistency, through_bounce, window_or_filter, forecast,
     ):  # fmt: skip
-        with mpl.rc_context(STYLE):  # pyright: ignore[reportArgumentType]
-            figure = Figure(figsize=(7.2, 3.2), layout="constrained")
-            FigureCanvasAgg(figure)
-            draw(figure)
-            path = IMAGES / f"{draw.__name__}.png"
-            figure.savefig(path, dpi=100, pil_kwargs={"optimize": True})
-        print(f"  {path.name}: {path.stat().st_size / 1000:.0f} kB")
+        print(f"  {drawn(draw, IMAGES, ABOVE_GRID)}")
 
 
 def plain(axis: Axis, ticks: Sequence[float]) -> None:

@@ -3,27 +3,14 @@
 Writes five PNGs to `docs/images/lessons/` and prints every number that the page quotes.
 """
 
-from pathlib import Path
-
-import matplotlib as mpl
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
+from lesson_figures import BLUE, GREEN, GREY, IMAGES, ORANGE, PINK, drawn
 from matplotlib.figure import Figure
 
 from rotorpong.lab.bench.selection_rows import WAYS, hits_of
 from rotorpong.learning import BayesianLinearRegression, Mixture, Selection
 from rotorpong.primitives import Dmp, State, fit_dmp, mix
 
-IMAGES = Path(__file__).resolve().parents[1] / "images" / "lessons"
-BLUE, ORANGE, GREEN, PINK, GREY = "#0072b2", "#e69f00", "#009e73", "#cc79a7", "#8a8a8a"
-STYLE = {
-    "font.size": 9,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.color": "#e6e6e6",
-    "legend.frameon": False,
-}
 GOAL = State(np.array([0.3]), np.array([1.0]))  # m, m/s
 STILL = State(np.zeros(1), np.zeros(1))
 DURATION = 0.5  # s
@@ -35,17 +22,10 @@ WINDOW = 30  # trials over which a curve is smoothed
 
 def main() -> None:
     """Draw all figures and print all numbers."""
-    IMAGES.mkdir(parents=True, exist_ok=True)
     for draw in (
         mixture_values, mixture_weights, mixture_motion, mixture_toy, mixture_forgetting,
     ):  # fmt: skip
-        with mpl.rc_context(STYLE):  # pyright: ignore[reportArgumentType]
-            figure = Figure(figsize=(7.2, 3.2), layout="constrained")
-            FigureCanvasAgg(figure)
-            draw(figure)
-            path = IMAGES / f"{draw.__name__}.png"
-            figure.savefig(path, dpi=100, pil_kwargs={"optimize": True})
-        print(f"  {path.name}: {path.stat().st_size / 1000:.0f} kB")
+        print(f"  {drawn(draw, IMAGES)}")
 
 
 def mixture_values(figure: Figure) -> None:

@@ -5,13 +5,11 @@ Writes six PNGs to `docs/images/lessons/` and prints every number that the page 
 
 import math
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
+from lesson_figures import BLUE, GREEN, GREY, IMAGES, ORANGE, PINK, drawn
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -32,8 +30,6 @@ from rotorpong.vision.sphere import disc_of_sphere, outline_shape, sphere_of_dis
 from rotorpong.world.exposure import Motion, expose
 from rotorpong.world.render import Scene, render
 
-IMAGES = Path(__file__).resolve().parents[1] / "images" / "lessons"
-BLUE, ORANGE, GREEN, PINK, GREY = "#0072b2", "#e69f00", "#009e73", "#cc79a7", "#8a8a8a"
 EYE = np.array([-1.69, 0.0, 0.20])  # m, world: the camera of a drone at home
 AXES = np.ascontiguousarray(CAMERA_FROM_BODY_AXES.T)  # world_from_camera, level
 BALL = np.array([0.78, 0.15, 0.42])  # m, world: 2.5 m away
@@ -53,19 +49,10 @@ ROOM_PX = 14  # around a ball, of a box
 CORE_PX, GAP_PX, RING_PX = 2.2, 2.5, 3.0  # 2.5, 3 sd of the edge; as in `vision.matte`
 SHADING = 0.35  # relative sd of the ball's brightness
 INSTANT = 0.002  # s, between places of a motion
-STYLE = {
-    "font.size": 9,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.color": "#e6e6e6",
-    "legend.frameon": False,
-}
 
 
 def main() -> None:
     """Draw all figures and print all numbers."""
-    IMAGES.mkdir(parents=True, exist_ok=True)
     for draw in (
         pixels_chain,
         pixels_outline,
@@ -74,13 +61,7 @@ def main() -> None:
         pixels_ellipse,
         pixels_motion,
     ):
-        with mpl.rc_context(STYLE):  # pyright: ignore[reportArgumentType]
-            figure = Figure(figsize=(7.2, 3.2), layout="constrained")
-            FigureCanvasAgg(figure)
-            draw(figure)
-            path = IMAGES / f"{draw.__name__}.png"
-            figure.savefig(path, dpi=100, pil_kwargs={"optimize": True})
-        print(f"  {path.name}: {path.stat().st_size / 1000:.0f} kB")
+        print(f"  {drawn(draw, IMAGES)}")
 
 
 @dataclass(frozen=True)

@@ -9,15 +9,18 @@ import pytest
 from rotorpong.conventions import LARGEST_SEED, InputError
 from rotorpong.drone import Player
 from rotorpong.lab.eye_settings import EyeSettings
+from rotorpong.lab.seeds import trial_generators
 from rotorpong.lab.serving import serve_source
 from rotorpong.lab.spec import Spec, camera_named, own_player, require_count
-from rotorpong.lab.trial import new_drone, stage_of
+from rotorpong.lab.trial import meet, new_drone, stage_of
+from rotorpong.physics.ball import Air
 from rotorpong.physics.camera import GAZEBO
 from rotorpong.physics.vehicle import TUM_GAZEBO
 from rotorpong.vision.colour import COLOURS, ORANGE, Colour
 from rotorpong.vision.colour_files import colour_text
 from rotorpong.world.looks import BALLS
 from rotorpong.world.render import Scene
+from rotorpong.world.serves import HUMAN, Medium, ServeKind
 
 OWN = """
 class Own:
@@ -28,6 +31,12 @@ class Own:
     def learn(self, verdict):
         pass
 """
+
+
+def _thrown(spec, index):
+    stage = stage_of(spec)
+    generators = trial_generators(spec.seed, stage.purpose, index)
+    return meet(stage, index, generators)[0]
 
 
 def test_the_default_can_be_played():
@@ -44,6 +53,31 @@ def test_vehicle_and_camera_are_names_or_objects():
     assert named.setting().vehicle is passed.setting().vehicle
     assert (passed.vehicle_name, passed.camera_name) == ("tum_gazebo", "mine")
     assert passed.check().camera_profile().name == "mine"
+
+
+def test_a_kind_of_serve_is_a_name_or_an_object():
+    middle = ServeKind("middle", target_left=(0.1, 0.1), target_up=(0.05, 0.05))
+    spec = Spec("hover", serves=middle).check()
+    targets = {_thrown(spec, index).target for index in range(3)}
+    assert (spec.serves_name, targets) == ("middle", {(0.1, 0.05)})
+    human = Spec("hover", serves=replace(HUMAN))
+    thrown = [_thrown(spec, 5).ball.velocity for spec in (human, Spec("hover"))]
+    np.testing.assert_array_equal(*thrown)
+
+
+def test_a_kind_of_ones_own_is_known_by_what_it_is_not_by_its_name():
+    narrow = ServeKind("mine", target_left=(-0.2, 0.2))
+    digests = [
+        Spec(serves=kind).contents().get("serves")
+        for kind in (narrow, replace(narrow, name="other"), replace(narrow, spin_sd=1.0), HUMAN)
+    ]
+    assert digests[0] == digests[1] != digests[2]
+    assert digests[3] is None
+
+
+def test_a_kind_of_ones_own_flies_through_its_own_air():
+    moon = ServeKind("moon", medium=Medium(air=Air(drag=0.0)))
+    assert _thrown(Spec("hover", serves=moon), 0).air.drag == 0.0
 
 
 @pytest.mark.parametrize(

@@ -72,6 +72,9 @@ class Match(Common):
     """Of selection ucb; 1 by default."""
     learn_from_misses: FlagCreatePairsOff[bool] = False
     """Of players paper and bandit: a miss teaches what primitives are worth, with reward 0."""
+    primitive: int | None = None
+    """Of player single: the number of the demonstration whose motion it flies, from 0; by default
+    that which was rewarded best."""
     control: str | None = None
     """How motions are flown, players nearest, single, paper and bandit: open as in the paper (the
     default), feed-forward, or closed-loop."""
@@ -98,6 +101,7 @@ class Match(Common):
                 temperature=self.temperature,
                 deviations=self.deviations,
                 learn_from_misses=self.learn_from_misses or None,
+                primitive=self.primitive,
             ),
             "control": self.control,
         }

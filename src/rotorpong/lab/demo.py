@@ -214,7 +214,7 @@ def _found(spec: Spec, known: Knowledge, results: dict[str, Sequence[Result]]) -
         "setting": {
             "vehicle": spec.vehicle_name,
             "camera": spec.camera_name,
-            "serves": spec.serves,
+            "serves": spec.serves_name,
             "racket": spec.racket,
             "eyes": spec.eyes,
             "ball": spec.ball,

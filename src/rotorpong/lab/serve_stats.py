@@ -37,7 +37,7 @@ def serve_stats(
     hits = sum(result.outcome == "hit" for result in results)
     reachable = sum(result.reachable for result in results)
     return {
-        "serves": spec.serves,
+        "serves": spec.serves_name,
         "vehicle": spec.vehicle_name,
         "camera": spec.camera_name,
         "contents": spec.contents(),

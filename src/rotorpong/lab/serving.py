@@ -1,4 +1,4 @@
-"""Which serve is thrown at trial i: drawn from a kind, or read from a file.
+"""Which serve is thrown at trial i: drawn from a kind, by name or one's own, or read from a file.
 
 A serve file is a CSV with one row per serve and the columns of `SERVE_COLUMNS`; ball i throws row
 i modulo rows. A file says what its balls are like, so its rows stay as they are whatever medium is
@@ -13,7 +13,7 @@ import numpy as np
 
 from rotorpong.conventions import InputError
 from rotorpong.lab.seeds import run_generator
-from rotorpong.world.serves import HUMAN, KINDS, PLAIN_MEDIUM, Medium, Serve, draw, vary
+from rotorpong.world.serves import HUMAN, KINDS, PLAIN_MEDIUM, Medium, Serve, ServeKind, draw, vary
 
 SERVE_KINDS = ("human", "constant", "hard", "lob")
 
@@ -29,15 +29,16 @@ class ServeSource(Protocol):
         ...
 
 
-def serve_source(serves: str, seed: int) -> ServeSource:
+def serve_source(serves: str | ServeKind, seed: int) -> ServeSource:
     """Return what throws the serves of a spec.
 
     Raises:
         InputError: neither a kind nor a readable file of serves or of a flight.
     """
+    if isinstance(serves, ServeKind):
+        return _drawn(serves)
     if serves in KINDS:
-        kind = KINDS[serves]
-        return lambda _, rng, medium=PLAIN_MEDIUM: draw(replace(kind, medium=medium), rng)
+        return _drawn(KINDS[serves])
     if serves == "constant":
         base = draw(HUMAN, run_generator(seed))
         return lambda _, rng, medium=PLAIN_MEDIUM: vary(
@@ -52,3 +53,7 @@ def serve_source(serves: str, seed: int) -> ServeSource:
 
     rows = read_serves(Path(serves))
     return lambda index, _, __=PLAIN_MEDIUM: rows[index % len(rows)]
+
+
+def _drawn(kind: ServeKind) -> ServeSource:
+    return lambda _, rng, medium=kind.medium: draw(replace(kind, medium=medium), rng)

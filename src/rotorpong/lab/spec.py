@@ -1,8 +1,8 @@
 """What is played against what: everything that decides the result of a command.
 
 A spec is frozen and cheap to pickle, so a worker process builds from it the same world, eyes and
-player as the parent. Vehicle and camera are named, or passed as objects of one's own. Everything is
-checked here, at the door.
+player as the parent. Vehicle, camera and kind of serve are named, or passed as objects of one's
+own. Everything is checked here, at the door.
 """
 
 import hashlib
@@ -30,6 +30,7 @@ from rotorpong.vision import PaperEyes, read_camera
 from rotorpong.vision.colour import Colour
 from rotorpong.world.looks import BALL_COLOURS, BallColour, plain_looks
 from rotorpong.world.racket import RACKETS
+from rotorpong.world.serves import KINDS, ServeKind
 from rotorpong.world.simulated_drone import Setting, SimulatedDrone
 from rotorpong.world.truth_eyes import TruthEyes
 
@@ -47,7 +48,7 @@ class Spec:
     eyes: str = "paper"
     vehicle: str | Vehicle = "tum_gazebo"
     camera: str | Camera = "gazebo"
-    serves: str = "human"
+    serves: str | ServeKind = "human"
     seed: int = 0
     racket: str = "cardboard"
     blackout: bool = False
@@ -82,7 +83,7 @@ class Spec:
         if self.randomize:
             require_randomizable(self.setting().vehicle)
         self.camera_profile()
-        if self.serves not in SERVE_KINDS:
+        if not isinstance(self.serves, str) or self.serves not in SERVE_KINDS:
             serve_source(self.serves, self.seed)
         return self
 
@@ -106,6 +107,11 @@ class Spec:
     def camera_name(self) -> str:
         """How the camera is called in results."""
         return self.camera if isinstance(self.camera, str) else self.camera.name
+
+    @property
+    def serves_name(self) -> str:
+        """How the serves are called in results."""
+        return self.serves if isinstance(self.serves, str) else self.serves.name
 
     def camera_profile(self) -> Camera:
         """Return the camera: a profile by name, the user's calibration file, or as passed."""
@@ -140,8 +146,11 @@ class Spec:
         found = {}
         camera = self.camera_profile()
         if CAMERAS.get(camera.name) != camera:
-            found["camera"] = hashlib.sha256(repr(replace(camera, name="")).encode()).hexdigest()
-        if self.serves not in SERVE_KINDS:
+            found["camera"] = _digest_of_record(camera)
+        if isinstance(self.serves, ServeKind):
+            if KINDS.get(self.serves.name) != self.serves:
+                found["serves"] = _digest_of_record(self.serves)
+        elif self.serves not in SERVE_KINDS:
             found["serves"] = digest_of(Path(self.serves))
         colour = self.eye_settings.digest(self.ball) if self.eyes != "truth" else None
         return found if colour is None else {**found, "colour": colour}
@@ -157,13 +166,18 @@ class Spec:
             return TruthEyes(drone)
         lens = camera or drone.camera
         if self.eyes == "tracker":
-            return tracker_eyes(lens, self.vehicle_name, self.serves, self.colour())
+            return tracker_eyes(lens, self.vehicle_name, self.serves_name, self.colour())
         return PaperEyes(
             lens,
             whole_pixels=self.eye_settings.whole_pixels,
             fit=self.eye_settings.fit,
             colour=self.colour(),
         )
+
+
+def _digest_of_record(record: Camera | ServeKind) -> str:
+    """Return a digest of what an object of one's own says, whatever its name."""
+    return hashlib.sha256(repr(replace(record, name="")).encode()).hexdigest()
 
 
 def camera_named(name: str) -> Camera:

@@ -96,7 +96,7 @@ def run_of(spec: Spec) -> Run:
         eyes=spec.eyes,
         vehicle=spec.vehicle_name,
         camera=spec.camera_name,
-        serves=spec.serves,
+        serves=spec.serves_name,
         version=__version__,
         pilot=PILOT,
         spec={"racket": spec.racket, "blackout": spec.blackout} | _unusual(spec),

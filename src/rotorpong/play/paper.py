@@ -60,6 +60,7 @@ class PaperSettings:
     selection: Selection = PAPER
     learn_from_misses: bool = False
     tune: bool = False  # length scales and lambda by marginal likelihood, these to begin with
+    primitive: int | None = None  # of which lesson, for the player with one; None: rewarded best
     control: Control = "open"  # how motions are flown
     plant: Plant | None = None  # what control knows of the drone; None: a lag of 0.4 s
 

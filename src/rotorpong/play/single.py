@@ -1,7 +1,8 @@
 """The player with one motor primitive: the paper's, without the mixture of section IV.C.
 
-CrKR gives the hitting point as in the paper; every motion is the primitive of the demonstration
-that was rewarded best. What it hits less than the paper's player is what the mixture is worth.
+CrKR gives the hitting point as in the paper; every motion is the primitive of one demonstration:
+the one asked for, as in the paper's first test on the robot, or that which was rewarded best. What
+it hits less than the paper's player is what the mixture is worth.
 """
 
 from collections.abc import Sequence
@@ -10,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from rotorpong.conventions import InputError
 from rotorpong.drone import BallEstimate, Drone, Eyes, Outcome, Verdict
 from rotorpong.experience import Attempt
 from rotorpong.play.lessons import Lesson
@@ -26,10 +28,13 @@ class SinglePlayer:
         *,
         explore: bool = False,
     ) -> None:
-        """Take in the demonstrations; arguments and errors are those of `PaperPlayer`."""
+        """Take in the demonstrations; arguments are those of `PaperPlayer`.
+
+        Raises:
+            InputError: fewer than two lessons, or none of that number.
+        """
         self._body = PaperPlayer(lessons, settings, explore=explore)
-        rewards = [lesson.reward for lesson in lessons]
-        self.primitive = int(np.argmax(rewards))  # of the lessons
+        self.primitive = _primitive(lessons, None if settings is None else settings.primitive)
         self._weights = np.eye(len(lessons))[self.primitive]
 
     def play(self, drone: Drone, eyes: Eyes, rng: np.random.Generator) -> None:
@@ -52,3 +57,12 @@ class SinglePlayer:
     def recall(self, outcome: Outcome, attempt: Attempt | None, reward: float) -> None:
         """Learn what a serve teaches that was played now or in an earlier run."""
         self._body.recall(outcome, attempt, reward)
+
+
+def _primitive(lessons: Sequence[Lesson], asked: int | None) -> int:
+    """Return whose primitive is flown, by the number of the lesson."""
+    if asked is None:
+        return int(np.argmax([lesson.reward for lesson in lessons]))
+    if not 0 <= asked < len(lessons):
+        raise InputError(f"primitive {asked}: expected a whole number from 0 to {len(lessons) - 1}")
+    return asked

@@ -83,7 +83,7 @@ def _tracked(stage: Stage, index: int) -> Watched:
     """Watch a serve; where the ball passed the blade plane is known at its end."""
     drone = new_drone(stage, index)
     eyes = tracker_eyes(
-        drone.camera, stage.spec.vehicle_name, stage.spec.serves, stage.spec.colour()
+        drone.camera, stage.spec.vehicle_name, stage.spec.serves_name, stage.spec.colour()
     )
     error, nees, crossing, begin = None, np.nan, None, 0.0
     sds = np.full(6, np.nan)
@@ -213,7 +213,7 @@ def _speed(
             if eyes is None:
                 lens = stage.setting.camera
                 eyes = tracker_eyes(
-                    lens, stage.spec.vehicle_name, stage.spec.serves, stage.spec.colour()
+                    lens, stage.spec.vehicle_name, stage.spec.serves_name, stage.spec.colour()
                 )
             searching = eyes.is_searching
             start = time.process_time()

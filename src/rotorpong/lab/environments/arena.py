@@ -24,7 +24,7 @@ from rotorpong.lab.trial import Stage, encounter
 from rotorpong.physics.camera import Camera
 from rotorpong.physics.vehicle import Vehicle
 from rotorpong.world.batch import Cast
-from rotorpong.world.serves import Serve
+from rotorpong.world.serves import Serve, ServeKind
 from rotorpong.world.simulated_drone import Setting, SimulatedDrone
 
 RENDER_MODES = ("rgb_array",)
@@ -174,10 +174,10 @@ def require_render_mode(mode: str | None) -> None:
 
 
 @functools.lru_cache(maxsize=4096)  # populations and vectors meet the same serves again
-def _serve(serves: str, purpose: Purpose, seed: int, trial: int) -> Serve:
+def _serve(serves: str | ServeKind, purpose: Purpose, seed: int, trial: int) -> Serve:
     return _source(serves, seed)(trial, trial_generators(seed, purpose, trial).serve)
 
 
 @functools.lru_cache(maxsize=64)
-def _source(serves: str, seed: int) -> ServeSource:
+def _source(serves: str | ServeKind, seed: int) -> ServeSource:
     return serve_source(serves, seed)

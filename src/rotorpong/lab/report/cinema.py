@@ -145,7 +145,8 @@ def _words(
     spec, played = scenery.stage.spec, scenery.take.played
     ball, body = played.truth.ball_path, played.truth.body_path
     who = f"{_short(spec.player)} player, {spec.eyes} eyes"
-    what = f"{spec.vehicle_name}  ·  serve {_short(spec.serves)} {played.index}, seed {spec.seed}"
+    serves = _short(spec.serves_name)
+    what = f"{spec.vehicle_name}  ·  serve {serves} {played.index}, seed {spec.seed}"
     what += "  ·  randomised" if spec.randomize else ""
     now = f"ball {_speed(ball, time):4.1f} m/s    drone {_speed(body, time):3.1f} m/s"
     sight = _newest(scenery.take.sights, time)
