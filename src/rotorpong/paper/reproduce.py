@@ -6,6 +6,7 @@
     DIR/*.png          the figures
     DIR/work-*         what was worked out, so that it need not be again; may be deleted
 
+With all items there comes a last part, `claims`: the paper's numbers beside those of all of them.
 The same seed gives the same results.json, for any number of workers and however often the run was
 killed on the way.
 """
@@ -23,6 +24,7 @@ from rotorpong import __version__
 from rotorpong.conventions import InputError
 from rotorpong.files import prepare_folder, write_whole
 from rotorpong.lab.choices import require_choice
+from rotorpong.paper import claims
 from rotorpong.paper.findings import Findings, Item, Line, Scale
 from rotorpong.paper.page import Part, html_page, markdown_page
 from rotorpong.paper.work import Progress, answers_of
@@ -66,6 +68,9 @@ def reproduce(
         for name, item in items.items()
     ]
     results = {part.name: as_json(part, scale) for part in parts}
+    if chosen == ITEMS:
+        parts.append(Part("claims", claims.TITLE, claims.findings(results), command_of(ALL, scale)))
+        results["claims"] = as_json(parts[-1], scale)
     _write(out, parts, results, scale)
     return results
 
