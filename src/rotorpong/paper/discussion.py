@@ -159,7 +159,7 @@ def _perception(told: Results) -> str:
     return (
         f"{said} With the 60 frames/s of tum_simulator's camera that velocity errs by {fast:.0f} "
         f"cm/s, {nearer} the paper's: a step of one pixel over half the time is twice the "
-        "velocity. The rest are balls that come from elsewhere, on which depth steps depend."
+        "velocity. Where balls come from, on which such steps depend, is not known."
     )
 
 
@@ -217,8 +217,8 @@ def _steps(told: Results) -> str:
     return (
         f"**What would have helped the paper most**, in points of the ladder: {listed}."
         + told.say(
-            " With true states in place of the last eyes {} % are hit: what is missing above that "
-            "is neither eyes nor, with a closed loop, flight, but learning and deciding once.",
+            " With true states in place of the last eyes {} % are hit; what is missing above that "
+            "is left to learning from own hits and to deciding once, 2.5 m before the ball.",
             ("ladder", ladder.TRUE, HIT_PERCENT),
         )
     )
