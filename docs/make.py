@@ -141,6 +141,12 @@ EXAMPLES = (
         "rotorpong evaluate --eyes truth --balls 50 --control closed-loop",
     ),
     (
+        "The frozen benchmark, here only the first twenty balls of each cell. Without `--quick`, "
+        "and with `--out FILE.json`, it gives what the [leaderboard](leaderboard.md) takes; what "
+        "was interrupted goes on with `--resume`.",
+        "rotorpong suite v1 --player paper --eyes truth --quick",
+    ),
+    (
         "White balls, and eyes that look for them.",
         "rotorpong evaluate --eyes tracker --ball white --balls 50",
     ),

@@ -1,16 +1,25 @@
-"""Draw what `rotorpong calibrate` learns from: chessboards, and green balls in boxes.
+"""
+Pictures to calibrate with
+==========================
 
-    python examples/draw_calibration.py [FOLDER]
+What ``rotorpong calibrate`` learns from: chessboards, and green balls in boxes::
 
-Makes `FOLDER/boards`, twelve pictures of a board by a camera with a focal length of 374.7 px, and
-`FOLDER/balls` with `boxes.csv`, frames of the simulated court with a green ball in each. With
-pictures of your own in their place, the same commands calibrate your camera and your ball.
+    python examples/draw_calibration.py calibration
+    rotorpong calibrate camera calibration/boards --out camera.json
+    rotorpong calibrate colour calibration/balls/boxes.csv --out green.json
+
+The folder gets ``boards``, twelve pictures of a board by a camera with a focal length of 374.7 px,
+and ``balls`` with ``boxes.csv``, frames of the simulated court with a green ball in each. With
+pictures of your own in their place, the same commands calibrate your camera and your ball. Without
+a folder nothing is kept.
 """
 
 import sys
+import tempfile
 from pathlib import Path
 
 import cv2
+import matplotlib.pyplot as plt
 import numpy as np
 
 from rotorpong.conventions import CAMERA_FROM_BODY_AXES
@@ -22,15 +31,6 @@ SQUARE_PX = 50  # of the board, 10 x 7 squares, before it is seen
 GREEN = (70, 190, 80)  # blue, green, red
 BALLS = 6
 NOISE = 2.0  # levels, standard deviation
-
-
-def main() -> None:
-    """Draw both folders."""
-    folder = Path(sys.argv[1] if len(sys.argv) > 1 else "calibration")
-    rng = np.random.default_rng(0)
-    draw_boards(folder / "boards", rng)
-    draw_balls(folder / "balls", rng)
-    print(f"boards and balls in {folder}")
 
 
 def draw_boards(folder: Path, rng: np.random.Generator) -> None:
@@ -77,6 +77,36 @@ def write(path: Path, picture: np.ndarray, rng: np.random.Generator) -> None:
     """Write a picture with noise."""
     noisy = np.round(picture + rng.normal(0.0, NOISE, picture.shape))
     cv2.imwrite(str(path), np.clip(noisy, 0, 255).astype(np.uint8))
+
+
+# %%
+# A board, and a ball in its box.
+
+
+def main() -> None:
+    """Draw both folders, and show a picture of each."""
+    rng = np.random.default_rng(0)
+    with tempfile.TemporaryDirectory() as passing:
+        folder = Path(sys.argv[1] if len(sys.argv) > 1 else passing)
+        draw_boards(folder / "boards", rng)
+        draw_balls(folder / "balls", rng)
+        show(folder)
+    print("12 boards and", BALLS, "balls", f"in {folder}" if len(sys.argv) > 1 else "drawn")
+
+
+def show(folder: Path) -> None:
+    """Show the first board, and the first ball with its box."""
+    plt.switch_backend("agg")  # a figure needs no display
+    _, (left, right) = plt.subplots(1, 2, figsize=(9.0, 2.7), layout="constrained")
+    left.imshow(cv2.imread(str(folder / "boards" / "board00.png"))[..., ::-1])
+    right.imshow(cv2.imread(str(folder / "balls" / "ball0.png"))[..., ::-1])
+    box = (folder / "balls" / "boxes.csv").read_text().splitlines()[1].split(",")[1:]
+    x0, y0, x1, y1 = map(int, box)
+    right.add_patch(plt.Rectangle((x0, y0), x1 - x0, y1 - y0, fill=False, color="red"))
+    left.set_title("boards/board00.png")
+    right.set_title("balls/ball0.png, " + f"box {','.join(box)}")
+    for axes in (left, right):
+        axes.set_axis_off()
 
 
 if __name__ == "__main__":

@@ -1,13 +1,16 @@
-"""A player of one's own: it flies towards where it sees the ball, and beats one that hovers.
+"""
+A player of your own
+====================
 
-rotorpong evaluate --player examples/own_player.py:Chaser --eyes truth --balls 40
+It flies towards where it sees the ball, and beats one that hovers. It is measured like any
+other::
+
+    rotorpong evaluate --player examples/own_player.py:Chaser --eyes truth --balls 40
 """
 
 import numpy as np
 
 from rotorpong.drone import HOVER, Drone, Eyes, VelocityCommand, Verdict
-from rotorpong.lab.evaluate import evaluate, summary
-from rotorpong.lab.spec import Spec
 
 GAIN, BLADE = 3.0, 0.15  # 1/s, m that the blade is above the camera
 
@@ -28,7 +31,46 @@ class Chaser:
         """Learn nothing; `rotorpong evaluate` never calls this."""
 
 
+# %%
+# That is the whole player. From here on it is measured: it plays the same 40 balls as a drone that
+# stays where it is. With the eyes ``truth`` both are told where the ball is, so what is compared is
+# how they move.
+
 if __name__ == "__main__":
-    for name in ("hover", f"{__file__}:Chaser"):
+    import sys
+
+    from rotorpong.lab.evaluate import evaluate, summary
+    from rotorpong.lab.spec import Spec
+
+    results = {}
+    for name in ("hover", f"{sys.argv[0]}:Chaser"):
         spec = Spec(name, eyes="truth")
-        print(summary(spec, evaluate(spec, 40))["hits"], "hits of 40 balls,", name.split(":")[-1])
+        results[name] = evaluate(spec, 40)
+        hits = summary(spec, results[name])["hits"]
+        print(hits, "hits of 40 balls,", name.split(":")[-1])
+
+# %%
+# One of the balls that only the chaser hit, as ``rotorpong throw`` shows it: through the drone's
+# eyes, and below that from beside the table.
+
+if __name__ == "__main__":
+    import tempfile
+    from pathlib import Path
+
+    import matplotlib.pyplot as plt
+
+    from rotorpong.lab.throw import throw
+
+    plt.switch_backend("agg")  # it needs no display
+    hover, chaser = results.values()
+    index = next(
+        one.index
+        for one, other in zip(chaser, hover, strict=True)
+        if one.outcome == "hit" != other.outcome
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        throw(spec, index, Path(folder) / "serve.png")
+        sheet = plt.imread(Path(folder) / "serve.png")
+    axes = plt.figure(figsize=(9.68, 6.03)).add_axes((0, 0, 1, 1))
+    axes.imshow(sheet, interpolation="antialiased")
+    axes.set_axis_off()

@@ -1,13 +1,20 @@
-"""A vehicle of one's own from nothing: a point that takes on a commanded velocity with one lag.
+"""
+A drone of your own: from nothing
+=================================
 
-It never tilts or turns, so it is a drone that only its lag keeps from perfection: what a player
-misses with it is the player's own fault. The methods are those of
-`rotorpong.physics.vehicle.Vehicle`; all state that decides the rest of the flight is in what
-`start` and `advance` return, and nothing in the object changes.
+A point that takes on a commanded velocity with one lag. It never tilts or turns, so it is a drone
+that only its lag keeps from perfection: what a player misses with it is the player's own fault.
+
+The methods are those of ``rotorpong.physics.vehicle.Vehicle``; all state that decides the rest of
+the flight is in what ``start`` and ``advance`` return, and nothing in the object changes.
+
+Give it a name to keep the figure: ``python examples/point_mass.py step.png``.
 """
 
+import sys
 from dataclasses import dataclass, replace
 
+import matplotlib.pyplot as plt
 import numpy as np
 
 from rotorpong.lab.evaluate import evaluate, summary
@@ -16,9 +23,11 @@ from rotorpong.physics.noise import draw_keys
 from rotorpong.physics.vehicle import (
     HOVER_MOTION,
     TICK,
+    TUM_GAZEBO,
     TUM_GAZEBO_NOISE,
     SensorNoise,
     Track,
+    Vehicle,
     VehicleState,
     check_command,
 )
@@ -70,7 +79,11 @@ class PointMass:
         return replace(self, lag=rng.uniform(0.1, 0.3))
 
 
-def main() -> None:
+# %%
+# It plays like any other: the paper's player on it, as it is and with a lag of its own every ball.
+
+
+def play() -> None:
     """Play the paper's player on it, as it is and randomised."""
     for randomize in (False, True):
         spec = Spec("paper", "truth", vehicle=PointMass(), randomize=randomize)
@@ -80,4 +93,37 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    play()
+
+# %%
+# Its answer to a step is 1 - exp(-t / lag), dashed; the simulator's own drone must tilt first.
+
+
+def velocity_after_step(vehicle: Vehicle, ticks: int) -> np.ndarray:
+    """Return the velocity to the left at every tick after 1 m/s is commanded, from hover."""
+    state = vehicle.start(np.array([0.0, 0.0, 1.0]), np.random.default_rng(0))
+    left = np.array([0.0, 1.0, 0.0, 0.0])
+    return vehicle.advance(state, left, ticks=ticks, new_command=True)[1].velocity[:, 1]
+
+
+def draw() -> None:
+    """Draw the steps of ten of its kind, of itself with its closed form, and of the simulator's."""
+    plt.switch_backend("agg")  # a figure needs no display
+    figure, axes = plt.subplots(figsize=(6.4, 3.4), layout="constrained")
+    point, rng, ticks = PointMass(), np.random.default_rng(0), 1200
+    times = np.arange(ticks + 1) * TICK
+    for _ in range(10):
+        one = velocity_after_step(point.randomized(rng), ticks)
+        axes.plot(times, one, color="C0", alpha=0.25, linewidth=1)
+    axes.plot(times, velocity_after_step(point, ticks), color="C0", label="point_mass")
+    axes.plot(times, 1.0 - np.exp(-times / point.lag), "k--", linewidth=1, label="closed form")
+    axes.plot(times, velocity_after_step(TUM_GAZEBO, ticks), color="C1", label="tum_gazebo")
+    axes.set(xlabel="time since the command, s", ylabel="velocity to the left, m/s")
+    axes.grid(alpha=0.3)
+    axes.legend()
+    if len(sys.argv) > 1:
+        figure.savefig(sys.argv[1], dpi=150)
+
+
+if __name__ == "__main__":
+    draw()

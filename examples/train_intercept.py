@@ -1,4 +1,8 @@
-"""Learn `rotorpong/Intercept-v0` from nothing by an evolution strategy, in plain numpy.
+"""
+Learning to intercept from nothing
+==================================
+
+An evolution strategy in plain numpy learns ``rotorpong/Intercept-v0``::
 
     python examples/train_intercept.py                # a few generations: 30 s at most
     python examples/train_intercept.py --full --out DIR      # the curve of the documentation
@@ -6,9 +10,7 @@
 The policy is one linear layer and a tanh on eight numbers that are worked out from the observation:
 how far to the left and up the ball will pass the blade, by a straight line and by gravity with one
 bounce; the same two divided by the time that is left; the drone's own velocity; and a one. All
-weights start at zero, which hovers. CMA-ES (Hansen) turns the mean shaped reward of a batch of
-serves into better weights: every candidate of a generation meets the same serves, the next
-generation meets others. What is plotted was measured on serves that are never trained on.
+weights start at zero, which hovers.
 """
 
 import argparse
@@ -21,10 +23,13 @@ import gymnasium
 import matplotlib.pyplot as plt
 import numpy as np
 from gymnasium.vector import VectorEnv
+from matplotlib.figure import Figure
 from numpy import ndarray
 
 import rotorpong  # noqa: F401 - registers the environments
 from rotorpong.lab.statistics import wilson_interval
+
+plt.switch_backend("agg")  # a figure needs no display
 
 BLADE_FORWARD, BLADE_UP = 0.23 + 0.02, 0.16  # m from the centre of mass; where a touching ball is
 BALL_RADIUS, GRAVITY, BOUNCE = 0.02, 9.81, 0.85
@@ -36,6 +41,9 @@ MOST_FRAMES = 100  # of a serve
 FULL = {"generations": 16, "population": 12, "balls": 16, "test_balls": 1000, "every": 1}
 
 Point = dict[str, Any]
+
+# %%
+# The policy: what it looks at, and what it commands.
 
 
 def features(observations: ndarray) -> ndarray:
@@ -67,6 +75,10 @@ def actions(weights: ndarray, observations: ndarray) -> ndarray:
     return np.column_stack([np.tanh(pushed), np.zeros(len(pushed))]).astype(np.float32)
 
 
+# %%
+# Serves are played in lockstep, one in every row; what a serve pays comes at its end.
+
+
 def play(
     environments: VectorEnv, weights: ndarray, seeds: list[int], trial: int
 ) -> tuple[ndarray, ndarray]:
@@ -83,6 +95,10 @@ def play(
         if not waiting.any():
             break
     return paid, hit
+
+
+# %%
+# CMA-ES (Hansen) turns the mean shaped reward of a batch of serves into better weights.
 
 
 class Cma:
@@ -127,6 +143,11 @@ class Cma:
         )
         length = np.linalg.norm(self.step_path) / math.sqrt(self.size)
         self.step *= math.exp(min(1.0, self.step_rate / self.step_damping * (length - 1)))
+
+
+# %%
+# Every candidate of a generation meets the same serves, the next generation meets others. What is
+# plotted was measured on serves that are never trained on.
 
 
 def learn(
@@ -177,8 +198,12 @@ def tested(
     }
 
 
-def draw(curve: list[Point], path: Path) -> None:
-    """Draw the learning curve with Wilson's 95 % intervals."""
+# %%
+# All of it together.
+
+
+def draw(curve: list[Point]) -> Figure:
+    """Return the learning curve, drawn with Wilson's 95 % intervals."""
     trials = [point["trials_trained_on"] for point in curve]
     low, high = np.array([point["hit_rate_interval"] for point in curve]).T
     figure, axes = plt.subplots(figsize=(6.4, 3.6), layout="constrained")
@@ -191,7 +216,7 @@ def draw(curve: list[Point], path: Path) -> None:
         title="rotorpong/Intercept-v0: CMA-ES, 24 weights, from zero",
     )
     axes.grid(alpha=0.3)
-    figure.savefig(path, dpi=150)
+    return figure
 
 
 def main() -> None:
@@ -210,12 +235,13 @@ def main() -> None:
     curve, weights = learn(
         told.generations, told.population, told.balls, told.test_balls, told.every
     )
+    figure = draw(curve)
     if told.out is not None:
         told.out.mkdir(parents=True, exist_ok=True)
         setting = {name: value for name, value in vars(told).items() if name in FULL}
         result = {"setting": setting, "curve": curve, "weights": weights.tolist()}
         (told.out / "intercept_es.json").write_text(json.dumps(result, indent=1) + "\n")
-        draw(curve, told.out / "intercept_es.png")
+        figure.savefig(told.out / "intercept_es.png", dpi=150)
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ STYLE: dict[str, Any] = {
 def drawn(draw: Callable[[Figure], None], folder: Path, style: dict[str, Any] = STYLE) -> str:
     """Write what `draw` draws to a PNG of its name in `folder`; return the file's name and size."""
     folder.mkdir(parents=True, exist_ok=True)
-    with mpl.rc_context(style):
+    with mpl.rc_context(style):  # pyright: ignore[reportArgumentType]
         figure = Figure(figsize=(7.2, 3.2), layout="constrained")
         FigureCanvasAgg(figure)
         draw(figure)

@@ -47,6 +47,17 @@ def test_tuning_is_refused_where_nothing_can_be_tuned():
     assert PlayerSettings(tune=True).of_paper().tune
 
 
+def test_which_primitive_is_asked_of_the_player_with_one():
+    with pytest.raises(InputError, match="--primitive 3 with player 'paper': has no effect"):
+        Spec("paper", player_settings=PlayerSettings(primitive=3)).check()
+    settings = PlayerSettings(primitive=3)
+    assert Spec("single", player_settings=settings).check().player_settings.of_paper() == (
+        PaperSettings(primitive=3)
+    )
+    assert settings.unusual("single") == {"primitive": 3}
+    assert run_of(Spec("single")).spec.keys().isdisjoint({"player_settings"})
+
+
 def test_what_is_not_asked_for_is_as_usual():
     assert PlayerSettings().of_paper() == PaperSettings()
     assert PlayerSettings("achieved").of_paper() == PaperSettings(labels="achieved")
@@ -111,7 +122,11 @@ def test_json_names_units_and_leaves_out_what_no_rule_reads():
             {"selection": "ucb", "temperature": 0.1},
             "--temperature 0.1: has no effect without --selection temperature",
         ),
-        ("paper", {"selection": "temperature", "temperature": 0.0}, "expected a positive number"),
+        (
+            "paper",
+            {"selection": "temperature", "temperature": 0.0},
+            "--temperature 0.0: expected a number from 0.001 to 1000",
+        ),
         ("paper", {"selection": "ucb", "deviations": -1.0}, "expected a number from 0 to 100"),
         ("paper", {"exploration_sd": math.nan}, "--exploration-sd-m nan: expected a number from"),
         ("paper", {"exploration_sd": 2.0}, "expected a number from 0 to 1 m"),
@@ -164,7 +179,7 @@ def test_a_run_tells_its_settings_only_where_they_are_unusual():
 
 def test_training_without_exploration_tries_what_an_evaluation_would():
     still = Spec("paper", "truth", player_settings=PlayerSettings(exploration_sd=0.0))
-    shown = Knowledge(shipped_demonstrations())
+    shown = Knowledge(shipped_demonstrations()[:3])
     estimate = BallEstimate(1.0, np.array([0.1, 0.0, 2.4]), np.array([0.0, 0.5, -4.5]), np.eye(6))
     rng = np.random.default_rng(0)
 
@@ -184,7 +199,7 @@ def test_training_without_exploration_tries_what_an_evaluation_would():
 @pytest.mark.parametrize("rule", RULES)
 def test_every_rule_is_played(rule):
     chosen = Spec("paper", "truth", player_settings=PlayerSettings(selection=rule))
-    results = evaluate(chosen.check(), 2)
+    results = evaluate(chosen.check(), 2, knowledge=Knowledge(shipped_demonstrations()[:3]))
     assert all(result.outcome != "fault" for result in results)
 
 

@@ -1,14 +1,18 @@
 """The paper's numbers stand beside those of the items, and what is said follows from them."""
 
 import copy
+import sys
 
 import pytest
 
-from rotorpong.paper import claims, reproduce
+from rotorpong.paper import claims, fig6, ladder, real, reproduce, sensitivity, table1, table2
 from rotorpong.paper.claims import findings
+from rotorpong.paper.discussion import WINDOWS
 from rotorpong.paper.findings import Scale
-from rotorpong.paper.page import Part, html_page, markdown_page
-from rotorpong.paper.readings import Results
+from rotorpong.paper.page import html_page, markdown_page
+from rotorpong.paper.readings import LOOP, PORTED, ROBOT, TABLE1, TABLE1_FAST, TABLE2, Told
+from rotorpong.paper.reproduce import as_json
+from rotorpong.paper.trajectory import WHOLE
 
 KEYS = ("x_cm", "y_cm", "z_cm", "vx_cm_per_s", "vy_cm_per_s", "vz_cm_per_s")
 STEPS = ("commanded labels", "wide CrKR", "float diameter", "tracker eyes", "feed-forward")
@@ -40,9 +44,8 @@ def _results():
         name: {"hit_percent": percent}
         for name, percent in {"hover": 7.0, "paper as written": 10.0, "oracle": 100.0}.items()
     }
-    kinds = {f"gazebo, {kind}, paper, whole pixels": dict.fromkeys(KEYS, 5.0) for kind in
-             ("centred", "human")}  # fmt: skip
-    kinds["gazebo, centred, paper, whole pixels"]["x_over_z"] = 0.031
+    kinds = {line: dict.fromkeys(KEYS, 5.0) for line in TABLE1.values()}
+    kinds[TABLE1["centred"]]["x_over_z"] = 0.031
     return {
         "table1": _item(kinds, trajectories=20),
         "fig7b": _item(_curve("vision", 8.0, 24.0, 25.0) | _curve("truth", 9.0, 20.0, 45.0)),
@@ -79,6 +82,21 @@ def test_the_papers_own_numbers_agree_with_its_text():
         "IV-B: plane where a motion begins, m": 2.5,
     }
     assert {label: paper[label] for label in told} == told
+
+
+def test_the_lines_that_are_read_are_lines_that_items_make():
+    whole = Scale()
+    assert TABLE2 in [job.key for job in table2.jobs(whole)]
+    watched = [f"{job.key}, {WHOLE}" for job in table1.jobs(whole)]
+    assert {*TABLE1.values(), TABLE1_FAST} <= set(watched)
+    assert "paper's eyes" in fig6.EYES
+    played = [job.key for job in real.jobs(whole)]
+    for begin in (f"{vehicle}, {test}" for vehicle in (PORTED, LOOP) for test in ROBOT):
+        assert any(key.startswith(begin) for key in played), begin
+    assert set(STEPS) < {rung.label for rung in ladder.rungs(0)}
+    assert {"exploration 5 cm", "exploration 20 cm", *WINDOWS} < {
+        change.label for change in sensitivity.changes()
+    }
 
 
 def test_ours_are_read_from_the_items():
@@ -141,21 +159,21 @@ def test_steps_of_the_ladder_are_ranked():
 
 
 def test_a_sentence_is_empty_where_a_number_is_missing():
-    told = Results({"a": _item({"one": {"x": 1.25}})})
+    told = Told({"a": _item({"one": {"x": 1.25}})})
     assert told.say("{} and {:+}", ("a", "one", "x"), ("a", "one", "x")) == "1.2 and +1.2"
     assert told.say("{} and {}", ("a", "one", "x"), ("a", "two", "x")) == ""
 
 
 def test_the_page_holds_the_numbers_as_a_table():
-    part = Part("claims", claims.TITLE, findings(_results()), "rotorpong reproduce all")
-    page = markdown_page([part])
+    found = as_json("claims", findings(_results()), Scale())
+    page = markdown_page({"claims": found})
     assert "| VI | hits after learning, simulated, % | 30.0 | 25.0 | fig7b: vision, 170 |" in page
     assert html_page(page, {}).count("<tr>") == 1 + len(findings(_results()).ours)
 
 
 def test_all_items_together_close_with_the_comparison(tmp_path, monkeypatch):
-    monkeypatch.setattr(reproduce, "ITEMS", ("fig1",))
-    found = reproduce.reproduce(["all"], tmp_path, scale=Scale(quick=True))
+    monkeypatch.setattr(sys.modules[reproduce.__module__], "ITEMS", ("fig1",))
+    found = reproduce(["all"], tmp_path, scale=Scale(quick=True))
     assert list(found) == ["fig1", "claims"]
     assert found["claims"]["command"] == "rotorpong reproduce all --out DIR --quick"
     assert claims.TITLE in (tmp_path / "page.md").read_text()

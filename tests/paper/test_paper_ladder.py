@@ -9,7 +9,6 @@ from rotorpong.lab.spec import LEARNERS, Spec
 from rotorpong.lab.train import train
 from rotorpong.paper import ladder
 from rotorpong.paper.findings import Scale
-from rotorpong.paper.page import Part
 from rotorpong.paper.reproduce import as_json
 from rotorpong.paper.same_balls import chance, gained, outcomes, pooled, shares
 
@@ -95,10 +94,7 @@ def test_remarks_say_what_chance_would_do_as_well():
 
 
 def test_the_same_answers_give_the_same_json():
-    made = [
-        as_json(Part("ladder", ladder.TITLE, ladder.findings(Scale(), _answers()), ""), Scale())
-        for _ in range(2)
-    ]
+    made = [as_json("ladder", ladder.findings(Scale(), _answers()), Scale()) for _ in range(2)]
     assert made[0] == made[1]
     assert made[0]["figures"] == ["ladder.png"]
 

@@ -25,6 +25,19 @@ def test_it_moves_as_the_demonstration_that_was_rewarded_best():
     np.testing.assert_array_equal(player.attempt(MISS).mixture_weights, np.eye(6)[best])
 
 
+@pytest.mark.parametrize("asked", [0, 4, 5])
+def test_it_moves_as_the_demonstration_that_is_asked_for(asked):
+    player = SinglePlayer(LESSONS, PaperSettings(primitive=asked))
+    served(player)
+    np.testing.assert_array_equal(player.attempt(MISS).mixture_weights, np.eye(6)[asked])
+
+
+@pytest.mark.parametrize("asked", [-1, 6])
+def test_a_primitive_that_was_not_demonstrated_is_refused(asked):
+    with pytest.raises(InputError, match=f"primitive {asked}: expected a whole number from 0 to 5"):
+        SinglePlayer(LESSONS, PaperSettings(primitive=asked))
+
+
 @pytest.mark.parametrize("explore", [False, True])
 def test_it_is_the_papers_player_where_all_primitives_are_one(explore):
     """The library then blends one motion with itself, whatever the weights."""

@@ -27,6 +27,7 @@ from rotorpong.cli.look import Detect, Doctor, Serves
 from rotorpong.cli.play import Demo, Evaluate, Train
 from rotorpong.cli.predict import Predict
 from rotorpong.cli.reproduce import Reproduce
+from rotorpong.cli.suite import Suite
 from rotorpong.cli.throw import Throw
 
 BAD_INPUT = 2
@@ -42,6 +43,7 @@ Command = (
     Annotated[Demo, subcommand("demo")]
     | Annotated[Train, subcommand("train")]
     | Annotated[Evaluate, subcommand("evaluate")]
+    | Annotated[Suite, subcommand("suite")]
     | Annotated[Detect, subcommand("detect")]
     | Annotated[Calibrate, subcommand("calibrate")]
     | Annotated[Serves, subcommand("serves")]

@@ -33,12 +33,12 @@ SETTABLE: Mapping[str, tuple[str, ...]] = {
 DECIDING_ONCE = tuple(SETTABLE)  # at the trigger, on a motion that is flown under some control
 CHOICES = {"labels": get_args(Labels), "trigger": get_args(Trigger), "selection": RULES}
 OF_RULE = {"temperature": "temperature", "deviations": "ucb"}
-POSITIVE = (*OF_CRKR, "temperature")
 NEAREST_PLANE = 0.8  # m: from nearer, the ball is there before the shortest motion is over, 0.2 s
 FARTHEST_PLANE = 4.0  # m: half of the human serves are thrown from nearer
 BETWEEN = {
     "plane_distance": (NEAREST_PLANE, FARTHEST_PLANE),
     "exploration_sd": (0.0, 1.0),  # m: the drone goes no farther
+    "temperature": (1e-3, 1e3),
     "deviations": (0.0, 100.0),
 }
 IN_METRES = ("plane_distance", "exploration_sd")
@@ -90,12 +90,10 @@ class PlayerSettings:
         """Return everything that is settable about this player and has an effect, as it is."""
         settings = self.of_paper()
         rule = settings.selection
-        numbers = {what: getattr(rule, what) for what in OF_RULE}
-        found = {what: getattr(settings, what, None) for what in SETTABLE.get(player, ())}
-        found |= {what: numbers[what] for what in OF_RULE if what in found}
-        found |= {"selection": rule.rule} if "selection" in found else {}
-        idle = {what for what, its in OF_RULE.items() if its != rule.rule}
-        return {_key(what): value for what, value in found.items() if what not in idle}
+        told = {what: getattr(rule, what) for what, its in OF_RULE.items() if its == rule.rule}
+        told["selection"] = rule.rule
+        named = [what for what in SETTABLE.get(player, ()) if what in told or what not in OF_RULE]
+        return {_key(what): told.get(what, getattr(settings, what, None)) for what in named}
 
     def unusual(self, player: str) -> dict[str, Any]:
         """Return what is not as it was in runs that do not mention it."""
@@ -119,7 +117,7 @@ def _require_effect(what: str, given: Any, player: str) -> None:
 
 
 def _require_number(what: str, given: Any) -> None:
-    if what in POSITIVE and not (math.isfinite(given) and given > 0.0):
+    if what in OF_CRKR and not (math.isfinite(given) and given > 0.0):
         raise InputError(f"{_said(what, given)}: expected a positive number")
     if what in BETWEEN and not BETWEEN[what][0] <= given <= BETWEEN[what][1]:
         low, high = BETWEEN[what]

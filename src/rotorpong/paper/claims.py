@@ -10,7 +10,7 @@ from typing import Any
 
 from rotorpong.conventions import BALL_DIAMETER
 from rotorpong.experience import shipped_demonstrations
-from rotorpong.paper import fig7b, ladder, real, table1
+from rotorpong.paper import fig7b, ladder, real, table1, table2
 from rotorpong.paper.discussion import discussion
 from rotorpong.paper.findings import Findings, Line
 from rotorpong.paper.readings import (
@@ -20,9 +20,8 @@ from rotorpong.paper.readings import (
     ROBOT,
     TABLE1,
     TABLE2,
-    TABLE2_PAPER,
     At,
-    Results,
+    Told,
     first,
     last,
     near_of_misses,
@@ -62,7 +61,7 @@ def findings(results: Mapping[str, Any]) -> Findings:
     Args:
         results: by item, as `reproduce` returns them; any may be missing.
     """
-    told = Results(results)
+    told = Told(results)
     rows = claims(told)
     return Findings(
         columns=(),
@@ -76,7 +75,7 @@ def findings(results: Mapping[str, Any]) -> Findings:
     )
 
 
-def claims(told: Results) -> tuple[Claim, ...]:
+def claims(told: Told) -> tuple[Claim, ...]:
     """Return every number of the paper, in its order."""
     return (
         *_equipment(),
@@ -100,7 +99,7 @@ def _equipment() -> Iterator[Claim]:
     yield Claim("III", "ball's diameter, cm", 4.0, 100.0 * BALL_DIAMETER, CODE)
 
 
-def _eyes(told: Results) -> Iterator[Claim]:
+def _eyes(told: Told) -> Iterator[Claim]:
     line = TABLE1["centred"]
     for key, head in zip(KEYS, HEADS, strict=True):
         yield _claim(
@@ -112,16 +111,16 @@ def _eyes(told: Results) -> Iterator[Claim]:
     yield Claim("Table I", "trajectories", 20.0, count, "table1", 0)
 
 
-def _execution(told: Results) -> Iterator[Claim]:
-    for key, head in zip(KEYS, HEADS, strict=True):
+def _execution(told: Told) -> Iterator[Claim]:
+    for key, head, paper in zip(table2.KEYS, HEADS, table2.PAPER, strict=True):
         what = ("Table II", f"execution error of {head}")
-        yield _claim(told, what, TABLE2_PAPER[key], ("table2", TABLE2, key))
+        yield _claim(told, what, paper, ("table2", TABLE2, key))
     around = '"error generally remains around 5cm"; the axis with most, cm'
     yield Claim("IV-D", around, 5.0, worst_axis(told), f"table2: {TABLE2}", 2)
     yield Claim("Table II", "runs", 10.0, told.setting("table2", "runs"), "table2", 0)
 
 
-def _library(told: Results) -> Iterator[Claim]:
+def _library(told: Told) -> Iterator[Claim]:
     distance = PaperSettings().plane_distance
     yield Claim("IV-B", "plane where a motion begins, m", 2.5, distance, CODE)
     seen = ("fig6", "plane, paper's eyes", "depth_m")
@@ -130,7 +129,7 @@ def _library(told: Results) -> Iterator[Claim]:
     yield Claim("V", "demonstrations, one DMP each", 10.0, shown, "the shipped ones", 0)
 
 
-def _learning(told: Results) -> Iterator[Claim]:
+def _learning(told: Told) -> Iterator[Claim]:
     before, after = ("fig7b", first("vision", told)), ("fig7b", last("vision", told))
     learnt = ("V", "successful hits learnt from")
     yield _claim(told, learnt, 170.0, (*after, "own_hits"), 0)
@@ -147,14 +146,14 @@ def _learning(told: Results) -> Iterator[Claim]:
     yield Claim("V", almost, None, near_of_misses(told), ": ".join(after))
 
 
-def _robot(told: Results) -> Iterator[Claim]:
+def _robot(told: Told) -> Iterator[Claim]:
     for test, stages in ROBOT.items():
         for stage, what, paper in zip(real.STAGES[1:], stages, real.PAPER[test], strict=True):
             at = ("real", f"{PORTED}, {test}, {stage}", HIT_PERCENT)
             yield _claim(told, ("V, robot", f"hits, {what}, %"), paper, at, 1)
 
 
-def _claim(told: Results, what: tuple[str, str], paper: float, at: At, digits: int = 2) -> Claim:
+def _claim(told: Told, what: tuple[str, str], paper: float, at: At, digits: int = 2) -> Claim:
     item, line, _ = at
     return Claim(*what, paper, told.value(at), f"{item}: {line}", digits, told.interval(at))
 

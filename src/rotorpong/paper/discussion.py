@@ -6,7 +6,7 @@ where one of them is missing.
 
 from collections.abc import Iterator, Sequence
 
-from rotorpong.paper import fig7b, ladder, real, sensitivity, table1
+from rotorpong.paper import fig7b, ladder, real, sensitivity, table1, table2
 from rotorpong.paper.readings import (
     DEPTH_SHARE,
     HIT_PERCENT,
@@ -15,8 +15,7 @@ from rotorpong.paper.readings import (
     PORTED,
     TABLE1,
     TABLE1_FAST,
-    TABLE2_PAPER,
-    Results,
+    Told,
     best_place,
     first,
     last,
@@ -34,7 +33,7 @@ STEPS = (
 HARDLY = 99.0  # % of balls: who hits so many misses hardly any
 
 
-def discussion(told: Results) -> Iterator[str]:
+def discussion(told: Told) -> Iterator[str]:
     """Return the three parts, as paragraphs of Markdown."""
     for head, sentences in (
         ("What the paper does not tell", unknown(told)),
@@ -47,7 +46,7 @@ def discussion(told: Results) -> Iterator[str]:
             yield "\n".join(said)
 
 
-def unknown(told: Results) -> Iterator[str]:
+def unknown(told: Told) -> Iterator[str]:
     """Return what is not known, and how much hangs on it here."""
     yield _serves(told)
     yield _supplement(told)
@@ -68,7 +67,7 @@ def unknown(told: Results) -> Iterator[str]:
     )
 
 
-def inferred(told: Results) -> Iterator[str]:
+def inferred(told: Told) -> Iterator[str]:
     """Return what was concluded from the paper without its saying so."""
     shares = ("table1", TABLE1["centred"], "x_over_z"), ("table1", TABLE1["human"], "x_over_z")
     yield (
@@ -100,7 +99,7 @@ def inferred(told: Results) -> Iterator[str]:
     )
 
 
-def differences(told: Results) -> Iterator[str]:
+def differences(told: Told) -> Iterator[str]:
     """Return where ours is otherwise, and the likely cause of each difference."""
     yield _perception(told)
     yield _flight(told)
@@ -113,7 +112,7 @@ def differences(told: Results) -> Iterator[str]:
     yield _robot(told)
 
 
-def _serves(told: Results) -> str:
+def _serves(told: Told) -> str:
     where = [
         ("sensitivity", f"vision: {name}", key)
         for name in WINDOWS
@@ -130,7 +129,7 @@ def _serves(told: Results) -> str:
     )
 
 
-def _supplement(told: Results) -> str:
+def _supplement(told: Told) -> str:
     explored = [("sensitivity", f"vision: exploration {cm} cm", "points") for cm in (5, 20)]
     return (
         "**The supplement** with all parameters is lost: width of the kernel and lambda of Eq. (6),"
@@ -144,7 +143,7 @@ def _supplement(told: Results) -> str:
     )
 
 
-def _perception(told: Results) -> str:
+def _perception(told: Told) -> str:
     places = [("table1", TABLE1["centred"], key) for key in ("z_cm", "vz_cm_per_s")]
     usual, fast = told.value(places[1]), told.value(("table1", TABLE1_FAST, "vz_cm_per_s"))
     paper = table1.PAPER["vz_cm_per_s"]
@@ -163,11 +162,11 @@ def _perception(told: Results) -> str:
     )
 
 
-def _flight(told: Results) -> str:
+def _flight(told: Told) -> str:
     worst = worst_axis(told)
     if worst is None:
         return ""
-    paper = max(TABLE2_PAPER[key] for key in PLACES)
+    paper = max(table2.PAPER[: len(PLACES)])
     return (
         f"**Table II.** The axis with most error has {worst:.1f} cm, "
         f"{'less' if worst < paper else 'no less'} than the paper's {paper:.1f}. Flown open loop "
@@ -176,7 +175,7 @@ def _flight(told: Results) -> str:
     )
 
 
-def _before(told: Results) -> str:
+def _before(told: Told) -> str:
     untrained = told.value(("fig7b", first("vision", told), HIT_PERCENT))
     hover = told.value(("ladder", ladder.HOVER, HIT_PERCENT))
     if untrained is None or hover is None:
@@ -188,7 +187,7 @@ def _before(told: Results) -> str:
     )
 
 
-def _after(told: Results) -> str:
+def _after(told: Told) -> str:
     ours = told.value(("fig7b", last("vision", told), HIT_PERCENT))
     if ours is None:
         return ""
@@ -206,7 +205,7 @@ def _after(told: Results) -> str:
     )
 
 
-def _steps(told: Results) -> str:
+def _steps(told: Told) -> str:
     """Say which steps of the ladder buy most."""
     bought = {step: told.value(("ladder", step, "points")) for step in STEPS}
     known = {step: points for step, points in bought.items() if points is not None}
@@ -224,7 +223,7 @@ def _steps(told: Results) -> str:
     )
 
 
-def _plateaus(told: Results) -> str:
+def _plateaus(told: Told) -> str:
     vision, truth = (plateau(label, told) for label in ("vision", "truth"))
     if vision is None or truth is None:
         return ""
@@ -244,7 +243,7 @@ def _plateaus(told: Results) -> str:
     )
 
 
-def _reach(told: Results) -> str:
+def _reach(told: Told) -> str:
     oracle, near = told.value(("ladder", ladder.ORACLE, HIT_PERCENT)), near_of_misses(told)
     if oracle is None:
         return ""
@@ -259,7 +258,7 @@ def _reach(told: Results) -> str:
     return f"{said} Near-hits are {near:.0f} % of what vision misses after learning: {most}."
 
 
-def _not_expectable(told: Results) -> str:
+def _not_expectable(told: Told) -> str:
     steps = (ladder.TRACKER, ladder.AHEAD, ladder.CLOSED)
     points = [told.value(("ladder", step, "points")) for step in steps]
     chances = [told.value(("ladder", step, "p_value")) for step in steps]
@@ -275,7 +274,7 @@ def _not_expectable(told: Results) -> str:
     )
 
 
-def _robot(told: Results) -> str:
+def _robot(told: Told) -> str:
     raw, loop = (_of_ten(vehicle, told) for vehicle in (PORTED, LOOP))
     if raw is None:
         return ""
@@ -289,7 +288,7 @@ def _robot(told: Results) -> str:
     return f"{said}. Our robot is a model, and the person who throws a distribution."
 
 
-def _of_ten(vehicle: str, told: Results) -> Sequence[float] | None:
+def _of_ten(vehicle: str, told: Told) -> Sequence[float] | None:
     """Return what ten primitives hit before and after learning, per cent."""
     lines = [f"{vehicle}, {real.TEN}, {stage}" for stage in real.STAGES[1:]]
     found = [told.value(("real", line, HIT_PERCENT)) for line in lines]

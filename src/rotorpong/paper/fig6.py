@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, Ellipse
+from matplotlib.patches import Ellipse
 from numpy import ndarray
 
 from rotorpong.conventions import BALL_RADIUS, CAMERA_FROM_BODY_AXES, TABLE_HALF_LENGTH
@@ -140,12 +140,13 @@ def _figure(answers: Answers) -> Figure:
     """Draw what is before the camera from the side and from above."""
     paths = [np.array(path) for path in answers["exact states"]["paths"]]
     fired = {t: [row for row in answers["exact states"][t][:DRAWN] if row] for t in TRIGGERS}
-    with drawing(7.2, 5.6) as figure:
+    with drawing(7.2, 4.3) as figure:
         side, top = figure.subplots(2, 1, sharex=True)
         _view(side, 1, paths, fired)
         _view(top, 0, paths, fired)
         side.set(ylabel="Y (down), m", ylim=(0.45, -0.75))
-        top.set(ylabel="X (right), m", xlabel="Z (depth), m", xlim=(-0.45, 4.4))
+        top.set(ylabel="X (right), m", xlabel="Z (depth), m", ylim=(-0.6, 0.6))
+        top.set(xlim=(-0.45, 4.4))
         side.legend(frameon=False, loc="upper left", ncols=2)
     return figure
 
@@ -156,12 +157,12 @@ def _view(axes: Axes, across: int, paths: Sequence[Any], fired: dict[str, Any]) 
     for path in paths:
         axes.plot(path[:, 2], path[:, across], color=COLOURS["light"], linewidth=0.8, alpha=0.7)
     axes.axvline(distance, color=COLOURS["truth"], label="plane Z = 2.5 m")
-    sphere = Circle((0.0, 0.0), distance, fill=False, edgecolor=COLOURS["vision"], linestyle="--")
-    axes.add_patch(sphere)
-    sphere.set_label("distance d = 2.5 m")
-    for trigger, colour in zip(TRIGGERS, ("truth", "vision"), strict=True):
+    angles = np.linspace(-0.5, 0.5, 101)
+    sphere = distance * np.array([np.cos(angles), np.sin(angles)])
+    axes.plot(*sphere, "--", color=COLOURS["vision"], label="distance d = 2.5 m")
+    for trigger, mark, colour in zip(TRIGGERS, "ox", ("truth", "vision"), strict=True):
         places = np.array([row[1:] for row in fired[trigger]]).reshape(-1, 3)
-        axes.plot(places[:, 2], places[:, across], "o", color=COLOURS[colour], markersize=4)
+        axes.plot(places[:, 2], places[:, across], mark, color=COLOURS[colour], markersize=5)
     _drone(axes, across)
 
 
@@ -178,4 +179,4 @@ def _drone(axes: Axes, across: int) -> None:
     edge = _in_camera(np.array([[-TABLE_HALF_LENGTH, 0.0, 0.0], [0.0, 0.0, 0.0]]), spec)
     if across == 1:
         axes.plot([edge[0, 2], 4.4], edge[:, 1], color=COLOURS["paper"], linewidth=2)
-    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_aspect("equal")

@@ -173,13 +173,13 @@ def _remarks(lines: Sequence[Line]) -> str:
         for labels in LABELS
         for eyes in fig7b.EYES
     }
-    return " ".join([
+    return "\n\n".join([
         "Numbers are mean distances in the blade's plane ± standard deviations over runs. `label` "
         "is measured against hits of another run, whose commanded labels hold their exploration, so"
         " it cannot fall to zero; `place` against where serves as they come really pass.",
-        *(_said(*whose, *told) for whose, told in best.items()),
-        f"The player's own lambda is {PaperSettings().regularization:g}.",
-        _vision_or_truth({whose: values for whose, (_, values) in best.items()}),
+        "\n".join(f"- {_said(*whose, *told)}" for whose, told in best.items()),
+        f"The player's own lambda is {PaperSettings().regularization:g}. "
+        + _vision_or_truth({whose: values for whose, (_, values) in best.items()}),
         "What is unknown: the paper's values of lambda, its units and what its error was measured "
         "against.",
     ])  # fmt: skip

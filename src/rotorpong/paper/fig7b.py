@@ -144,14 +144,17 @@ def _remarks(lines: dict[str, list[dict[str, Any]]]) -> str:
     ends = {label: (several[0], several[-1]) for label, several in lines.items()}
     vision, truth = (ends[label][1] for label in ("vision", "truth"))
     below = vision["hit_percent"] < PAPER_PERCENT
-    return " ".join([
-        "Numbers are means ± standard deviations over seeds, each of them the whole experiment once"
-        " more; a mean's standard error is in the JSON.",
+    learning = [
         *(_gain(label, *pair) for label, pair in ends.items()),
         f"With vision that is {'less than' if below else 'no less than'} the paper's "
         f"{PAPER_PERCENT:.0f} %, which is told in its text for the simulator; true states are worth"
         f" {truth['hit_percent'] - vision['hit_percent']:+.1f} points.",
         _plateaus(lines),
+    ]
+    return "\n\n".join([
+        "Numbers are means ± standard deviations over seeds, each of them the whole experiment once"
+        " more; a mean's standard error is in the JSON.",
+        " ".join(learning),
         _near(vision),
         "What cannot be compared: the curve itself, which is a figure we cannot read, the serves "
         "and CrKR's parameters, which are in a supplement that is lost, and the demonstrations, "
@@ -185,44 +188,38 @@ def _plateaus(lines: dict[str, list[dict[str, Any]]]) -> str:
 def _near(vision: dict[str, Any]) -> str:
     """Say how many of the misses are the paper's almost-hits."""
     near = vision["near_hit_percent"] + vision["near_hull_percent"]
-    often = "more" if near > vision["hit_percent"] else "fewer"
+    often = "outnumber" if near > vision["hit_percent"] else "are fewer than"
     return (
         "Near-hits are misses by less than 5 cm, or that a blade up to 0.1 s earlier or later would"
         f" have met. At the end, with vision, {vision['near_hit_percent']:.1f} % of the balls are "
         f"that, and {vision['near_hull_percent']:.1f} % would be, had they not touched the hull: "
-        f'the paper\'s "almost-hits" are {often} than the hits here. {vision["hull_percent"]:.1f} '
-        "% touch the hull in all, which is no hit."
+        f'together, the paper\'s "almost-hits", they {often} the hits. '
+        f"{vision['hull_percent']:.1f} % touch the hull in all, which is no hit."
     )
 
 
 def _figure(lines: dict[str, list[dict[str, Any]]]) -> Figure:
-    """Draw hits and near-hits, mean and standard deviation over seeds."""
-    with drawing(6.6, 4.2) as figure:
-        axes = figure.subplots()
-        axes.axhline(PAPER_PERCENT, color=COLOURS["paper"], linestyle=":", linewidth=1.2)
-        axes.annotate(
-            "paper, after learning",
-            (1.0, PAPER_PERCENT),
-            (-2, 3),
-            xycoords=("axes fraction", "data"),
-            textcoords="offset points",
-            ha="right",
-            fontsize=8,
-            color=COLOURS["paper"],
+    """Draw hits, and beside them near-hits: mean and standard deviation over seeds."""
+    with drawing(7.2, 3.9) as figure:
+        hits, near = figure.subplots(1, 2, sharex=True, sharey=True, width_ratios=(3, 2))
+        hits.axhline(
+            PAPER_PERCENT, color=COLOURS["paper"], linestyle=":", label="paper, at the end"
         )
-        for label in ("truth", "vision"):
-            _curve(axes, lines[label], "hit_percent", label, f"hits, {label}")
-        for label in ("truth", "vision"):
-            _curve(axes, lines[label], NEAR, label, f"near-hits, {label}")
-        axes.set(xlabel="own hits learnt from", ylabel="% of balls", xlim=(0, None), ylim=(0, None))
-        figure.legend(frameon=False, ncols=4, loc="outside upper center")
+        for label in EYES:
+            _curve(hits, lines[label], KINDS["hits"], label)
+            _curve(near, lines[label], NEAR, label)
+        hits.set(ylabel="% of balls", title="hits", xlim=(0, None), ylim=(0, None))
+        near.set(title="near-hits, on the hull or not")
+        for axes in (hits, near):
+            axes.set_xlabel("own hits learnt from")
+        handles, names = hits.get_legend_handles_labels()
+        figure.legend(handles, names, frameon=False, ncols=3, loc="outside upper center")
     return figure
 
 
-def _curve(axes: Axes, several: list[dict[str, Any]], key: str, colour: str, name: str) -> None:
+def _curve(axes: Axes, several: list[dict[str, Any]], key: str, label: str) -> None:
     at = np.array([values["own_hits"] for values in several])
     mean = np.array([values[key] for values in several])
     sd = np.array([values[f"{key}_sd"] or 0.0 for values in several])
-    stroke, colour = "-" if key == KINDS["hits"] else "--", COLOURS[colour]
-    axes.fill_between(at, mean - sd, mean + sd, color=colour, alpha=0.12, linewidth=0)
-    axes.plot(at, mean, marker="o", markersize=3.5, label=name, color=colour, linestyle=stroke)
+    axes.fill_between(at, mean - sd, mean + sd, color=COLOURS[label], alpha=0.12, linewidth=0)
+    axes.plot(at, mean, marker="o", markersize=3.5, label=label, color=COLOURS[label])

@@ -12,7 +12,7 @@ a run that was killed goes on where it was.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
 from matplotlib.figure import Figure
 
@@ -89,6 +89,7 @@ class Findings:
     remarks: str = ""  # Markdown, below the table: what differs, and why
 
 
+@runtime_checkable
 class Item(Protocol):
     """A file of this folder that tells one table or figure."""
 

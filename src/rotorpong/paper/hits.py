@@ -81,7 +81,8 @@ def hits_again(spec: Spec, known: Knowledge) -> Iterator[Hit]:
         if trial.outcome != "hit" or trial.attempt is None:
             continue
         seats: list[Witness] = []
-        play_trial(stage, trial.index, player, watch=_seated(seats))
+        verdict = play_trial(stage, trial.index, player, watch=_seated(seats)).verdict
+        assert player.attempt(verdict) == trial.attempt, "a trial depends on seed and hits alone"
         yield Hit(trial, _achieved(seats[0].odometer, trial, trial.attempt))
         player.recall(trial.outcome, trial.attempt, trial.reward)
 

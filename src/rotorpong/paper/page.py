@@ -1,12 +1,11 @@
-"""The page of a reproduction: the same text as Markdown, for the documentation, and as HTML.
+"""The page of a reproduction, made of results.json alone: as Markdown, and as HTML.
 
 A number is shown with the digits of its column, with its standard deviation or 95 % interval beside
 it where there is one; results.json has it whole.
 """
 
 import base64
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -14,9 +13,12 @@ from typing import Any
 from markdown_it import MarkdownIt
 
 from rotorpong.lab import report
-from rotorpong.paper.findings import Column, Findings, Line
+from rotorpong.paper.findings import Column
 
 STYLESHEET = Path(report.__file__).with_name("page.css")
+Results = Mapping[str, Mapping[str, Any]]
+"""What results.json holds: items by name."""
+
 HEAD = """# The paper, reproduced
 
 Silva, Melo and Veloso, *Towards Table Tennis with a Quadrotor Autonomous Learning Robot and Onboard
@@ -30,26 +32,10 @@ ROUGH = """
 UNKNOWN = "-"
 
 
-@dataclass(frozen=True, slots=True)
-class Part:
-    """One item on the page."""
-
-    name: str
-    title: str
-    findings: Findings
-    command: str
-
-
-def markdown_page(parts: Sequence[Part], *, quick: bool = False, images: str = "") -> str:
-    """Return the page.
-
-    Args:
-        parts: its items, in order.
-        quick: say that these are rough numbers.
-        images: what goes before the names of figures.
-    """
-    sections = ("\n".join(_section(part, images)) for part in parts)
-    return "\n".join([HEAD, *([ROUGH] if quick else []), *sections])
+def markdown_page(results: Results) -> str:
+    """Return the page of what results.json holds."""
+    rough = [ROUGH] if any(one["setting"]["quick"] for one in results.values()) else []
+    return "\n".join([HEAD, *rough, *("\n".join(_section(one)) for one in results.values())])
 
 
 def html_page(page: str, pictures: Mapping[str, bytes]) -> str:
@@ -69,44 +55,47 @@ def html_page(page: str, pictures: Mapping[str, bytes]) -> str:
     )
 
 
-def _section(part: Part, images: str) -> Iterator[str]:
-    found = part.findings
-    yield f"## {part.title}\n"
-    if found.columns:
+def _section(found: Mapping[str, Any]) -> Iterator[str]:
+    title = found["title"]
+    yield f"## {title}\n"
+    if found["columns"]:
         yield from _table(found)
-    for name in found.figures:
-        yield f"![{part.title}: {name.replace('_', ' ')}]({images}{name}.png)\n"
-    if found.remarks:
-        yield f"{found.remarks.strip()}\n"
-    if found.setting:
-        played = "; ".join(
-            f"{key.replace('_', ' ')} {_said(v)}" for key, v in found.setting.items()
-        )
-        yield f"Setting: {played}.\n"
-    yield f"Command: `{part.command}`\n"
+    for name in found["figures"]:
+        yield f"![{title}: {Path(name).stem.replace('_', ' ')}]({name})\n"
+    if found["remarks"]:
+        yield f"{found['remarks']}\n"
+    played = (f"{key.replace('_', ' ')} {_said(v)}" for key, v in found["setting"].items())
+    yield f"Setting: {'; '.join(played)}.\n"
+    yield f"Command: `{found['command']}`\n"
 
 
-def _table(found: Findings) -> Iterator[str]:
-    yield " | ".join(["|", *(column.head for column in found.columns), ""]).strip()
-    yield "|".join(["", "---", *("---:" for _ in found.columns), ""])
-    for whose, lines in (("paper", found.paper), ("ours", found.ours)):
-        for line in lines:
-            label = f"**{whose}**: {line.label}" if line.label else f"**{whose}**"
-            yield " | ".join([f"| {label}", *(_cell(line, c) for c in found.columns), ""]).strip()
+def _table(found: Mapping[str, Any]) -> Iterator[str]:
+    columns = [Column(**column) for column in found["columns"]]
+    yield " | ".join(["|", *(column.head for column in columns), ""]).strip()
+    yield "|".join(["", "---", *("---:" for _ in columns), ""])
+    for whose in ("paper", "ours"):
+        for label, values in found[whose].items():
+            name = f"**{whose}**: {label}" if label else f"**{whose}**"
+            yield " | ".join([f"| {name}", *(_cell(values, c) for c in columns), ""]).strip()
     yield ""
 
 
-def _cell(line: Line, column: Column) -> str:
-    value = line.values.get(column.key)
+def _cell(values: Mapping[str, Any], column: Column) -> str:
+    value = values.get(column.key)
     if value is None:
         return UNKNOWN
-    shown = f"{value:.{column.digits}f}"
-    if (sd := line.values.get(f"{column.key}_sd")) is not None:
+    shown = _rounded(value, column.digits)
+    if (sd := values.get(f"{column.key}_sd")) is not None:
         shown += f" ± {sd:.{column.digits}f}"
-    if (bounds := line.values.get(f"{column.key}_interval")) is not None:
+    if (bounds := values.get(f"{column.key}_interval")) is not None:
         low, high = bounds
         shown += f" ({low:.{column.digits}f} to {high:.{column.digits}f})"
     return shown
+
+
+def _rounded(value: float, digits: int) -> str:
+    """Return a number with so many digits after the point, a power of ten where that is 0."""
+    return f"{value:.0e}" if 0.0 < abs(value) < 0.5 * 10.0**-digits else f"{value:.{digits}f}"
 
 
 def _said(value: Any) -> str:

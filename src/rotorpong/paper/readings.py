@@ -8,20 +8,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from rotorpong.paper import fig7b, real, table1
-from rotorpong.paper.trajectory import KEYS, WHOLE
+from rotorpong.paper import fig7b, real, table1, table2
+from rotorpong.paper.trajectory import WHOLE
 
 TABLE1 = {kind: f"gazebo, {kind}, {WHOLE}" for kind in table1.KINDS}
 TABLE1_FAST = f"{table1.FAST.name}, centred, {WHOLE}"
-TABLE2 = "small X, open loop"
-TABLE2_PAPER = dict(zip(KEYS, (0.40, 3.82, 6.77, 0.89, 12.58, 26.88), strict=True))
+TABLE2 = f"{table2.DRAWN}, {table2.CONTROLS[0]}"
 ROBOT = {
     real.ONE: ("one primitive, before learning", "one primitive, after the first hits"),
     real.TEN: ("ten primitives, before training", "ten primitives, after 80 hits"),
 }
 PORTED, LOOP = real.VEHICLES
 HIT_PERCENT = "hit_percent"
-PLACES = ("x_cm", "y_cm", "z_cm")
+PLACES = table2.KEYS[:3]  # of Table II
 DEPTH_SHARE = table1.ASIDE  # error of X over error of Z in Table I
 
 At = tuple[str, str, str]
@@ -29,7 +28,7 @@ At = tuple[str, str, str]
 
 
 @dataclass(frozen=True, slots=True)
-class Results:
+class Told:
     """What `reproduce` returned."""
 
     found: Mapping[str, Any]
@@ -67,7 +66,7 @@ class Results:
         return sentence.replace("{}", "{:.1f}").replace("{:+}", "{:+.1f}").format(*values)
 
 
-def plateau(label: str, told: Results) -> float | None:
+def plateau(label: str, told: Told) -> float | None:
     """Return after how many own hits a curve of Fig. 7b has nine tenths of its gain."""
     lines = [values for name, values in told.lines("fig7b") if name.startswith(f"{label}, ")]
     if not lines:
@@ -77,17 +76,17 @@ def plateau(label: str, told: Results) -> float | None:
     )
 
 
-def first(label: str, told: Results) -> str:
+def first(label: str, told: Told) -> str:
     """Return which line of Fig. 7b is before learning, with vision or with truth."""
     return _curve(label, told)[0]
 
 
-def last(label: str, told: Results) -> str:
+def last(label: str, told: Told) -> str:
     """Return which line of Fig. 7b is after most own hits."""
     return _curve(label, told)[-1]
 
 
-def near_of_misses(told: Results) -> float | None:
+def near_of_misses(told: Told) -> float | None:
     """Return the share of near-hits among what vision misses after learning, per cent."""
     line = last("vision", told)
     near = told.value(("fig7b", line, "near_hit_percent"))
@@ -95,14 +94,14 @@ def near_of_misses(told: Results) -> float | None:
     return None if near is None or hits is None or hits >= 100.0 else 100.0 * near / (100.0 - hits)
 
 
-def worst_axis(told: Results) -> float | None:
+def worst_axis(told: Told) -> float | None:
     """Return the execution error of Table II along the axis that has most, cm."""
     errors = [told.value(("table2", TABLE2, key)) for key in PLACES]
     known = [error for error in errors if error is not None]
     return max(known) if len(known) == len(errors) else None
 
 
-def best_place(label: str, told: Results) -> float | None:
+def best_place(label: str, told: Told) -> float | None:
     """Return the least error of Fig. 7a at the end, labels as commanded, cm."""
     found = [
         values["place_last_cm"]
@@ -112,6 +111,6 @@ def best_place(label: str, told: Results) -> float | None:
     return min(found, default=None)
 
 
-def _curve(label: str, told: Results) -> list[str]:
+def _curve(label: str, told: Told) -> list[str]:
     names = [name for name, _ in told.lines("fig7b") if name.startswith(f"{label}, ")]
     return names or [label]

@@ -37,6 +37,7 @@ from rotorpong.paper.findings import Answers, Column, Findings, Job, Line, Scale
 from rotorpong.paper.ink import COLOURS, drawing
 from rotorpong.paper.tally import HEADS, KINDS, percent, spread, tally
 from rotorpong.play.hover import Hover
+from rotorpong.world.serves import HUMAN
 
 TITLE = "Section V on the robot: one primitive, then ten"
 VEHICLES = {"as ported": "ardrone2_raw", "with a velocity loop": "ardrone2"}
@@ -159,7 +160,11 @@ def _told(scale: Scale, test: str, played: Sequence[dict[str, Any]]) -> dict[str
     learnt = float(np.mean([one["own_hits"] for one in played]))
     for stage, values in found.items():
         values["own_hits"] = learnt if stage == "after" else 0.0
-    found["after"]["training_balls"] = float(np.mean([one["training_balls"] for one in played]))
+    found["after"] |= {
+        "training_balls": float(np.mean([one["training_balls"] for one in played])),
+        "trainings": len(played),
+        "trainings_without_hit": sum(not one["own_hits"] for one in played),
+    }
     return found
 
 
@@ -203,25 +208,37 @@ Told = dict[tuple[str, str], dict[str, dict[str, Any]]]
 
 
 def _remarks(ours: Told) -> str:
-    return " ".join([
+    wide, high = HUMAN.target_left[1], HUMAN.target_up[1]
+    return "\n\n".join([
         "In brackets Wilson's 95 % interval over all balls; after ± the standard deviation over "
         "repetitions of the first test, which throws of its own make wider than chance.",
-        *(_change(vehicle, test, stages) for (vehicle, test), stages in ours.items()),
+        "\n".join(
+            f"- {_change(vehicle, test, stages)}" for (vehicle, test), stages in ours.items()
+        ),
         _floor(ours),
-        "The robot here is a model, the person a distribution of throws: which primitives, how many"
-        " first hits and how alike throws were is not told in the paper.",
+        "The robot here is a model and the person a distribution of throws, aimed up to "
+        f"{100 * wide:.0f} cm beside the blade and {100 * high:.0f} cm above or below it: which "
+        "primitives, how many first hits, how alike throws were and how near the drone they came "
+        "is not told in the paper.",
     ])  # fmt: skip
 
 
 def _change(vehicle: str, test: str, stages: dict[str, dict[str, Any]]) -> str:
-    before, after = (stages[stage]["hit_percent"] for stage in ("before", "after"))
+    after = stages["after"]
+    gain = after["hit_percent"] - stages["before"]["hit_percent"]
     lows, highs = zip(*(stages[s]["hit_percent_interval"] for s in STAGES[1:]), strict=True)
     apart = "" if max(lows) > min(highs) else ", within what chance does"
-    gain = PAPER[test][1] - PAPER[test][0]
+    nothing = after["trainings_without_hit"]
     return (
-        f"{vehicle.capitalize()}, {test}: {before:.1f} % before and {after:.1f} % after "
-        f"{stages['after']['own_hits']:.1f} own hits, {stages['after']['training_balls']:.0f} balls"
-        f" a training: {after - before:+.1f} points where the paper has {gain:+.1f}{apart}."
+        f"{vehicle.capitalize()}, {test}: {stages['before']['hit_percent']:.1f} % before and "
+        f"{after['hit_percent']:.1f} % after {after['own_hits']:.1f} own hits, "
+        f"{after['training_balls']:.0f} balls a training: {gain:+.1f} points where the paper has "
+        f"{PAPER[test][1] - PAPER[test][0]:+.1f}{apart}."
+        + (
+            f" {nothing} of {after['trainings']} trainings hit nothing to learn from."
+            if nothing
+            else ""
+        )
     )
 
 

@@ -6,7 +6,8 @@
     DIR/*.png          the figures
     DIR/work-*         what was worked out, so that it need not be again; may be deleted
 
-With all items there comes a last part, `claims`: the paper's numbers beside those of all of them.
+With all items there comes a closing part, the paper's numbers beside those of all of them.
+
 The same seed gives the same results.json, for any number of workers and however often the run was
 killed on the way.
 """
@@ -14,6 +15,7 @@ killed on the way.
 import importlib
 import json
 from collections.abc import Sequence
+from dataclasses import asdict
 from io import BytesIO
 from pathlib import Path
 from typing import Any, cast
@@ -25,14 +27,15 @@ from rotorpong.conventions import InputError
 from rotorpong.files import prepare_folder, write_whole
 from rotorpong.lab.choices import require_choice
 from rotorpong.paper import claims
-from rotorpong.paper.findings import Findings, Item, Line, Scale
-from rotorpong.paper.page import Part, html_page, markdown_page
+from rotorpong.paper.findings import Findings, Item, Scale
+from rotorpong.paper.page import html_page, markdown_page
 from rotorpong.paper.work import Progress, answers_of
 
 ITEMS = (
-    *("fig1", "table1", "fig3", "fig4", "fig6", "fig7a", "fig7b", "real"),
+    *("fig1", "table1", "fig3", "fig4", "table2", "fig5", "fig6", "fig7a", "fig7b", "real"),
     *("ladder", "sensitivity"),
 )
+CLOSING = "claims"  # comes with all items together, of which it is made
 ALL = "all"
 DPI = 110
 
@@ -63,15 +66,12 @@ def reproduce(
     items = {name: item_of(name) for name in chosen}
     jobs = {name: tuple(item.jobs(scale)) for name, item in items.items()}
     answers = answers_of(jobs, out, workers=workers, progress=progress)
-    parts = [
-        Part(name, item.TITLE, item.findings(scale, answers[name]), command_of(name, scale))
-        for name, item in items.items()
-    ]
-    results = {part.name: as_json(part, scale) for part in parts}
+    found = {name: item.findings(scale, answers[name]) for name, item in items.items()}
+    results = {name: as_json(name, one, scale) for name, one in found.items()}
     if chosen == ITEMS:
-        parts.append(Part("claims", claims.TITLE, claims.findings(results), command_of(ALL, scale)))
-        results["claims"] = as_json(parts[-1], scale)
-    _write(out, parts, results, scale)
+        found[CLOSING] = claims.findings(results)
+        results[CLOSING] = as_json(CLOSING, found[CLOSING], scale)
+    _write(out, results, found)
     return results
 
 
@@ -96,38 +96,32 @@ def item_of(name: str) -> Item:
 def command_of(name: str, scale: Scale) -> str:
     """Return the command that prints an item's numbers."""
     seed = f" --seed {scale.seed}" if scale.seed else ""
-    return f"rotorpong reproduce {name} --out DIR{seed}{scale.of('', ' --quick')}"
+    what = ALL if name == CLOSING else name
+    return f"rotorpong reproduce {what} --out DIR{seed}{scale.of('', ' --quick')}"
 
 
-def as_json(part: Part, scale: Scale) -> dict[str, Any]:
+def as_json(name: str, found: Findings, scale: Scale) -> dict[str, Any]:
     """Return an item as results.json holds it."""
-    found = part.findings
+    played = {"seed": scale.seed, "quick": scale.quick, "version": __version__}
     return {
-        "title": part.title,
-        "paper": _lines(found.paper),
-        "ours": _lines(found.ours),
-        "setting": {
-            **found.setting,
-            "seed": scale.seed,
-            "quick": scale.quick,
-            "version": __version__,
-        },
-        "command": part.command,
-        "figures": sorted(f"{name}.png" for name in found.figures),
+        "title": claims.TITLE if name == CLOSING else item_of(name).TITLE,
+        "paper": {line.label: dict(line.values) for line in found.paper},
+        "ours": {line.label: dict(line.values) for line in found.ours},
+        "setting": {**found.setting, **played},
+        "command": command_of(name, scale),
+        "columns": [asdict(column) for column in found.columns],
+        "figures": [f"{figure}.png" for figure in found.figures],
+        "remarks": found.remarks.strip(),
     }
 
 
-def _lines(lines: Sequence[Line]) -> dict[str, dict[str, Any]]:
-    return {line.label: dict(line.values) for line in lines}
-
-
-def _write(out: Path, parts: Sequence[Part], results: dict[str, Any], scale: Scale) -> None:
-    pictures = {name: png for part in parts for name, png in _pictures(part.findings).items()}
+def _write(out: Path, results: dict[str, Any], found: dict[str, Findings]) -> None:
+    pictures = {name: png for one in found.values() for name, png in _pictures(one).items()}
     for name, png in pictures.items():
         write_whole(out / f"{name}.png", png)
     text = json.dumps(results, allow_nan=False, indent=1)
     write_whole(out / "results.json", text.encode())
-    page = markdown_page(parts, quick=scale.quick)
+    page = markdown_page(results)
     write_whole(out / "page.md", page.encode())
     write_whole(out / "page.html", html_page(page, pictures).encode())
 

@@ -5,7 +5,7 @@ import base64
 import cv2
 import numpy as np
 
-from rotorpong.conventions import Picture
+from rotorpong.conventions import InputError, Picture
 
 
 def as_text(picture: Picture) -> str:
@@ -15,6 +15,13 @@ def as_text(picture: Picture) -> str:
 
 
 def as_rgb(text: str) -> Picture:
-    """Return what `as_text` made of a picture, red first, as matplotlib shows it."""
+    """Return what `as_text` made of a picture, red first, as matplotlib shows it.
+
+    Raises:
+        InputError: it is no picture.
+    """
     png = np.frombuffer(base64.b64decode(text), np.uint8)
-    return np.ascontiguousarray(cv2.imdecode(png, cv2.IMREAD_COLOR)[..., ::-1])
+    decoded = cv2.imdecode(png, cv2.IMREAD_COLOR) if len(png) else None
+    if decoded is None:
+        raise InputError(f"{text[:20]!r}: expected a PNG in base64")
+    return np.ascontiguousarray(decoded[..., ::-1])

@@ -5,6 +5,7 @@ for; its velocity is that of the ball less that of the camera, along the camera'
 turning camera adds to finite differences counts as their error.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -17,10 +18,11 @@ from rotorpong.drone import HOVER
 from rotorpong.lab.eye_settings import EyeSettings
 from rotorpong.lab.spec import Spec
 from rotorpong.lab.trial import Stage, new_drone
+from rotorpong.physics.camera import GAZEBO
 from rotorpong.world.contact import TICK
 from rotorpong.world.simulated_drone import SimulatedDrone
 
-WHOLE, FLOAT, TRACKER = "paper, whole pixels", "paper, float", "tracker"
+WHOLE, FLOAT, TRACKER = "paper's eyes, whole pixels", "paper's eyes, float", "tracker"
 EYES: Mapping[str, tuple[str, EyeSettings]] = {
     WHOLE: ("paper", EyeSettings(diameter="whole")),
     FLOAT: ("paper", EyeSettings(diameter="float")),
@@ -30,6 +32,8 @@ QUANTITIES = ("x", "y", "z", "vx", "vy", "vz")
 UNITS = {q: "cm_per_s" if q.startswith("v") else "cm" for q in QUANTITIES}
 KEYS = tuple(f"{quantity}_{unit}" for quantity, unit in UNITS.items())
 HEADS = ("X, cm", "Y, cm", "Z, cm", "vX, cm/s", "vY, cm/s", "vZ, cm/s")
+FAST = replace(GAZEBO, name="gazebo, 60 frames/s", frames_per_second=60.0)  # tum_simulator's rate
+ON_A_TICK = 1e-6  # of a tick: nearer is rounding
 
 Sights = Float[ndarray, "n 13"]  # time (s), estimate (m, m/s), truth (m, m/s)
 
@@ -75,9 +79,19 @@ def watched(stage: Stage, index: int, eyes: Sequence[str] = tuple(EYES)) -> dict
 
 
 def true_state(drone: SimulatedDrone, time: float) -> Float[ndarray, "6"]:
-    """Return the ball's position (m) and velocity (m/s) in the camera frame, also between ticks."""
-    position, velocity = drone.ball_in_camera(time)
-    return np.concatenate([position + velocity * (time - round(time / TICK) * TICK), velocity])
+    """Return the ball's position (m) and velocity (m/s) in the camera frame.
+
+    Between ticks the position is on the line from one to the other; the velocity is the nearer
+    tick's, for a bounce has none in between.
+    """
+    tick = math.floor(time / TICK + ON_A_TICK)
+    share = time / TICK - tick
+    position, velocity = drone.ball_in_camera(tick * TICK)
+    if share > ON_A_TICK:
+        after, _ = drone.ball_in_camera((tick + 1) * TICK)
+        position = position + share * (after - position)
+        velocity = drone.ball_in_camera(time)[1]
+    return np.concatenate([position, velocity])
 
 
 def mean_errors(sights: Told) -> Float[ndarray, "6"]:

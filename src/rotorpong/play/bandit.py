@@ -46,16 +46,10 @@ class BanditPlayer:
         *,
         explore: bool = False,
     ) -> None:
-        """Take in the demonstrations.
+        """Take in the demonstrations; arguments and errors are those of `PaperPlayer`.
 
-        Args:
-            lessons: at least two demonstrated hits.
-            settings: of the player whose answers it varies; labels are `commanded` always, for
-                an arm is what was tried.
-            explore: try uncertain arms, as in training.
-
-        Raises:
-            InputError: fewer than two lessons.
+        But labels are `commanded` always, for an arm is what was tried, and who explores tries
+        uncertain arms.
         """
         self._body = PaperPlayer(lessons, replace(settings or PaperSettings(), labels="commanded"))
         self._curiosity = CURIOSITY if explore else 0.0

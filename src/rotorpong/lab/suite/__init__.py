@@ -1,0 +1,1 @@
+"""The frozen benchmark: the same balls for every player and every version, for leaderboards."""
