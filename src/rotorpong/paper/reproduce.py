@@ -6,6 +6,8 @@
     DIR/*.png          the figures
     DIR/work-*         what was worked out, so that it need not be again; may be deleted
 
+With all items there comes a closing part, the paper's numbers beside those of all of them.
+
 The same seed gives the same results.json, for any number of workers and however often the run was
 killed on the way.
 """
@@ -24,6 +26,7 @@ from rotorpong import __version__
 from rotorpong.conventions import InputError
 from rotorpong.files import prepare_folder, write_whole
 from rotorpong.lab.choices import require_choice
+from rotorpong.paper import claims
 from rotorpong.paper.findings import Findings, Item, Scale
 from rotorpong.paper.page import html_page, markdown_page
 from rotorpong.paper.work import Progress, answers_of
@@ -32,6 +35,7 @@ ITEMS = (
     *("fig1", "table1", "fig3", "fig4", "table2", "fig5", "fig6", "fig7a", "fig7b", "real"),
     *("ladder", "sensitivity"),
 )
+CLOSING = "claims"  # comes with all items together, of which it is made
 ALL = "all"
 DPI = 110
 
@@ -64,6 +68,9 @@ def reproduce(
     answers = answers_of(jobs, out, workers=workers, progress=progress)
     found = {name: item.findings(scale, answers[name]) for name, item in items.items()}
     results = {name: as_json(name, one, scale) for name, one in found.items()}
+    if chosen == ITEMS:
+        found[CLOSING] = claims.findings(results)
+        results[CLOSING] = as_json(CLOSING, found[CLOSING], scale)
     _write(out, results, found)
     return results
 
@@ -89,14 +96,15 @@ def item_of(name: str) -> Item:
 def command_of(name: str, scale: Scale) -> str:
     """Return the command that prints an item's numbers."""
     seed = f" --seed {scale.seed}" if scale.seed else ""
-    return f"rotorpong reproduce {name} --out DIR{seed}{scale.of('', ' --quick')}"
+    what = ALL if name == CLOSING else name
+    return f"rotorpong reproduce {what} --out DIR{seed}{scale.of('', ' --quick')}"
 
 
 def as_json(name: str, found: Findings, scale: Scale) -> dict[str, Any]:
     """Return an item as results.json holds it."""
     played = {"seed": scale.seed, "quick": scale.quick, "version": __version__}
     return {
-        "title": item_of(name).TITLE,
+        "title": claims.TITLE if name == CLOSING else item_of(name).TITLE,
         "paper": {line.label: dict(line.values) for line in found.paper},
         "ours": {line.label: dict(line.values) for line in found.ours},
         "setting": {**found.setting, **played},

@@ -23,7 +23,7 @@ from rotorpong.lab.statistics import skill
 from rotorpong.paper.findings import Answers, Column, Findings, Job, Line, Scale, Training
 from rotorpong.paper.ink import COLOURS, drawing
 from rotorpong.paper.same_balls import UNLIKELY, chance, gained, outcomes, pooled, shares
-from rotorpong.physics.camera import GAZEBO
+from rotorpong.paper.trajectory import FAST
 from rotorpong.world.serves import HUMAN, ServeKind
 
 TITLE = "Sensitivity: what hangs on settings that the paper leaves open"
@@ -48,12 +48,11 @@ class Change:
 def changes() -> tuple[Change, ...]:
     """Return the default, and what is changed of it."""
     usual = Spec()
-    twice = replace(GAZEBO, name="gazebo, 60 frames/s", frames_per_second=60.0)
     return (
         Change(USUAL, usual, truth=True),
         Change("serve window x 0.5", replace(usual, serves=window(0.5)), serves=True),
         Change("serve window x 1.5", replace(usual, serves=window(1.5)), serves=True),
-        Change("60 frames/s", replace(usual, camera=twice), truth=True),
+        Change("60 frames/s", replace(usual, camera=FAST), truth=True),
         Change("labels achieved", _with(labels="achieved")),
         Change("exploration 5 cm", _with(exploration_sd=0.05)),
         Change("exploration 20 cm", _with(exploration_sd=0.20)),
