@@ -11,7 +11,6 @@ from rotorpong.lab.spec import Spec
 from rotorpong.lab.train import knowledge_of, train
 from rotorpong.paper import fig7b
 from rotorpong.paper.findings import Scale
-from rotorpong.paper.page import Part
 from rotorpong.paper.reproduce import as_json
 
 QUICK = Scale(0, quick=True)
@@ -65,9 +64,7 @@ def test_words_follow_numbers():
 
 def test_same_answers_give_the_same_plain_json():
     texts = {
-        json.dumps(
-            as_json(Part("fig7b", "t", fig7b.findings(QUICK, ANSWERS), "c"), QUICK), allow_nan=False
-        )
+        json.dumps(as_json("fig7b", fig7b.findings(QUICK, ANSWERS), QUICK), allow_nan=False)
         for _ in range(2)
     }
     assert len(texts) == 1

@@ -12,7 +12,6 @@ from rotorpong.lab.statistics import wilson_interval
 from rotorpong.lab.train import knowledge_of, train
 from rotorpong.paper import real
 from rotorpong.paper.findings import Scale
-from rotorpong.paper.page import Part
 from rotorpong.paper.reproduce import as_json
 
 WHOLE, QUICK = Scale(), Scale(0, quick=True)
@@ -67,9 +66,7 @@ def test_words_follow_numbers():
 def test_same_answers_give_the_same_plain_json():
     answers = made(QUICK, lambda vehicle, test, k: 3)
     texts = {
-        json.dumps(
-            as_json(Part("real", "t", real.findings(QUICK, answers), "c"), QUICK), allow_nan=False
-        )
+        json.dumps(as_json("real", real.findings(QUICK, answers), QUICK), allow_nan=False)
         for _ in range(2)
     }
     assert len(texts) == 1
