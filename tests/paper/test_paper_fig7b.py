@@ -53,6 +53,7 @@ def test_words_follow_numbers():
     assert "less than the paper's 30 %" in said
     assert "after 3 own hits with vision and 5 with true states" in said
     assert "sooner, as in the paper" in said
+    assert "standard errors of up to 10.0 points" in said
     assert "are fewer than the hits" in said
     swapped = {
         key: ANSWERS[f"{'truth' if 'vision' in key else 'vision'}{key[-2:]}"] for key in ANSWERS
