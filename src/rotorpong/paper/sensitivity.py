@@ -27,8 +27,8 @@ from rotorpong.paper.trajectory import FAST
 from rotorpong.world.serves import HUMAN, ServeKind
 
 TITLE = "Sensitivity: what hangs on settings that the paper leaves open"
-HITS, FEW_HITS = 80, 2
-BALLS, FEW_BALLS = 150, 8  # with each seed
+HITS, FEW_HITS = 80, 1
+BALLS, FEW_BALLS = 150, 6  # with each seed
 SEEDS, FEW_SEEDS = 2, 1
 SECONDS_PER_BALL = {"paper": 0.04, "truth": 0.012}
 USUAL = "default"
