@@ -32,7 +32,7 @@ default_role = "py:obj"
 highlight_language = "none"  # of what stands indented in docstrings: equations, commands
 myst_heading_anchors = 3
 
-autodoc_default_options = {"members": True, "no-value": True}
+autodoc_default_options = {"members": True}
 autodoc_member_order = "bysource"
 autodoc_typehints_format = "short"
 autodoc_preserve_defaults = True

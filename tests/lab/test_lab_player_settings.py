@@ -145,7 +145,7 @@ def test_what_has_no_effect_or_no_meaning_is_refused(player, asked, said):
 @pytest.mark.parametrize("what", [one.name for one in fields(PlayerSettings)])
 def test_a_setting_is_accepted_by_exactly_those_whose_json_tells_it(player, what):
     given = {"labels": "achieved", "trigger": "distance", "selection": "greedy"}
-    given |= {"tune": True, "learn_from_misses": True}
+    given |= {"tune": True, "learn_from_misses": True, "primitive": 0}
     rule = {"temperature": {"selection": "temperature"}, "deviations": {"selection": "ucb"}}
     asked = PlayerSettings(**{what: given.get(what, 0.9), **rule.get(what, {})})
     told = {key.removesuffix("_m") for key in asked.as_json(player)}

@@ -11,7 +11,6 @@ from rotorpong.lab.spec import Spec
 from rotorpong.lab.train import knowledge_of, train
 from rotorpong.paper import fig7b
 from rotorpong.paper.findings import Scale
-from rotorpong.paper.page import Part
 from rotorpong.paper.reproduce import as_json
 
 QUICK = Scale(0, quick=True)
@@ -54,6 +53,7 @@ def test_words_follow_numbers():
     assert "less than the paper's 30 %" in said
     assert "after 3 own hits with vision and 5 with true states" in said
     assert "sooner, as in the paper" in said
+    assert "standard errors of up to 10.0 points" in said
     assert "are fewer than the hits" in said
     swapped = {
         key: ANSWERS[f"{'truth' if 'vision' in key else 'vision'}{key[-2:]}"] for key in ANSWERS
@@ -65,9 +65,7 @@ def test_words_follow_numbers():
 
 def test_same_answers_give_the_same_plain_json():
     texts = {
-        json.dumps(
-            as_json(Part("fig7b", "t", fig7b.findings(QUICK, ANSWERS), "c"), QUICK), allow_nan=False
-        )
+        json.dumps(as_json("fig7b", fig7b.findings(QUICK, ANSWERS), QUICK), allow_nan=False)
         for _ in range(2)
     }
     assert len(texts) == 1
@@ -100,10 +98,9 @@ def test_a_run_is_measured_after_each_mark_with_that_many_hits(tmp_path):
     spec, path = Spec(eyes="truth", seed=2), tmp_path / "run"
     train(spec, 2, path)
     known = knowledge_of(path)[1]
-    found = fig7b.played(spec, (0, 1, 2, 9), 6, path)
-    assert [tally["own_hits"] for tally in found] == [0, 1, 2, 2]
-    for mark, tally in zip((0, 1, 2, 9), found, strict=True):
-        taught = replace(known, trials=until(known.trials, mark))
-        outcomes = [result.outcome for result in evaluate(spec, 6, knowledge=taught)]
-        assert tally["hits"] == outcomes.count("hit")
-        assert tally["hulls"] == outcomes.count("hull")
+    found = fig7b.played(spec, (0, 1, 9), 5, path)
+    assert [tally["own_hits"] for tally in found] == [0, 1, 2]
+    taught = replace(known, trials=until(known.trials, 1))
+    outcomes = [result.outcome for result in evaluate(spec, 5, knowledge=taught)]
+    assert found[1]["hits"] == outcomes.count("hit")
+    assert found[1]["hulls"] == outcomes.count("hull")

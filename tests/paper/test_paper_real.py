@@ -5,14 +5,13 @@ from dataclasses import replace
 
 import pytest
 
-from rotorpong.lab.evaluate import Knowledge, evaluate
+from rotorpong.lab.evaluate import evaluate
 from rotorpong.lab.player_settings import PlayerSettings
 from rotorpong.lab.spec import Spec
 from rotorpong.lab.statistics import wilson_interval
 from rotorpong.lab.train import knowledge_of, train
 from rotorpong.paper import real
 from rotorpong.paper.findings import Scale
-from rotorpong.paper.page import Part
 from rotorpong.paper.reproduce import as_json
 
 WHOLE, QUICK = Scale(), Scale(0, quick=True)
@@ -67,9 +66,7 @@ def test_words_follow_numbers():
 def test_same_answers_give_the_same_plain_json():
     answers = made(QUICK, lambda vehicle, test, k: 3)
     texts = {
-        json.dumps(
-            as_json(Part("real", "t", real.findings(QUICK, answers), "c"), QUICK), allow_nan=False
-        )
+        json.dumps(as_json("real", real.findings(QUICK, answers), QUICK), allow_nan=False)
         for _ in range(2)
     }
     assert len(texts) == 1
@@ -102,15 +99,14 @@ def test_the_same_balls_are_played_hovering_before_and_after(tmp_path):
     path = tmp_path / "run"
     train(spec, 1, path)
     known = knowledge_of(path)[1]
-    found = real.compared(spec, 6, path)
+    found = real.compared(spec, 4, path)
     assert found["own_hits"] == sum(trial.outcome == "hit" for trial in known.trials)
     assert found["training_balls"] == len(known.trials)
     who = {
         "hover": (replace(spec, player="hover", player_settings=PlayerSettings()), None),
-        "before": (spec, Knowledge(known.demonstrations)),
         "after": (spec, known),
     }
     for stage, (played, taught) in who.items():
-        outcomes = [result.outcome for result in evaluate(played, 6, knowledge=taught)]
+        outcomes = [result.outcome for result in evaluate(played, 4, knowledge=taught)]
         assert found[stage]["hits"] == outcomes.count("hit")
         assert found[stage]["hulls"] == outcomes.count("hull")

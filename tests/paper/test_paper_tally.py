@@ -13,7 +13,7 @@ from rotorpong.paper.tally import is_near, moved, percent, spread, tally
 from rotorpong.play.hover import Hover
 
 SPEC = Spec(eyes="truth", seed=3)
-BALLS = 12
+BALLS = 8
 
 
 def test_a_tally_is_that_of_an_evaluation():
@@ -29,7 +29,7 @@ def test_a_tally_is_that_of_an_evaluation():
 
 def test_every_near_hit_is_near_and_no_clear_miss_is():
     stage, hover = stage_of(Spec("hover", serves="hard")), Hover()
-    played = [play_trial(stage, index, hover) for index in range(80)]
+    played = [play_trial(stage, index, hover) for index in range(50)]
     near = {one.outcome: [] for one in played}
     for one in played:
         near[one.outcome].append(is_near(one))

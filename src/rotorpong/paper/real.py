@@ -168,7 +168,7 @@ def _told(scale: Scale, test: str, played: Sequence[dict[str, Any]]) -> dict[str
     return found
 
 
-def _rates(tallies: Sequence[dict[str, int]], size: int) -> dict[str, Any]:
+def _rates(tallies: Sequence[dict[str, Any]], size: int) -> dict[str, Any]:
     """Return shares of all balls; with their spread where so many tallies make one repetition."""
     balls, hits = (sum(one[what] for one in tallies) for what in ("balls", "hits"))
     low, high = wilson_interval(hits, balls) or (0.0, 1.0)

@@ -101,15 +101,15 @@ def _numbers(answer: dict[str, Any]) -> dict[str, Any]:
 def _remarks(answers: Answers) -> str:
     ours = _numbers(answers[f"{DRAWN}, {CONTROLS[0]}"])
     ratios = [ours[key] / paper for key, paper in zip(KEYS, PAPER, strict=True)]
-    near = "the paper's" if 0.5 < np.median(ratios) < 2.0 else "other than the paper's"
+    near = "of the paper's size" if 0.5 < np.median(ratios) < 2.0 else "not of the paper's size"
     return (
-        f"Open loop on tum_gazebo the error is {near}, {min(ratios):.2f} to {max(ratios):.2f} "
-        "times its by column, for a motion that we had to choose. Nearly all of it lies along the "
-        "axes that move: the drone is late by its lag, 0.4 s. What is left in X is the noise of "
-        "its own flight. Feed-forward, u = v + tau v', takes the lag away without measuring "
-        "anything. The closed loop adds little to that, since navdata are hardly more exact than "
-        "the drone's answer is known. The spread set moves aside, so its errors in X are larger, "
-        "and its fast motions ask for more than the commands' limits."
+        f"Open loop on tum_gazebo the error is {near}: {min(ratios):.2f} to {max(ratios):.2f} "
+        "times as large by column, for a motion that we had to choose. Nearly all of it lies "
+        "along the axes that move: the drone is late by its lag, 0.4 s. What is left in X is the "
+        "noise of its own flight. Feed-forward, u = v + tau v', takes the lag away without "
+        "measuring anything. The closed loop adds little to that, since navdata are hardly more "
+        "exact than the drone's answer is known. The spread set moves aside, so its errors in X "
+        "are larger, and its fast motions ask for more than the commands' limits."
     )
 
 
