@@ -72,6 +72,21 @@ def test_a_replay_depends_on_the_demonstration_and_not_on_the_spec_that_asks():
     np.testing.assert_array_equal(one.path.positions, two.path.positions)
 
 
+def test_replays_of_other_commands_eyes_and_triggers_are_not_taken_for_one_another():
+    spec = Spec(eyes="truth")
+    later = SHIPPED[0].commands + np.array([0.01, 0.0, 0.0, 0.0, 0.0])
+    late = replace(SHIPPED[0], commands=later)
+    lessons = [
+        replay(SHIPPED[0], spec),
+        replay(late, spec),
+        replay(SHIPPED[0], Spec()),
+        replay(SHIPPED[0], replace(spec, player_settings=PlayerSettings(plane_distance=2.0))),
+        replay(SHIPPED[1], spec),
+    ]
+    told = {(*one.ball.tolist(), *one.path.positions[-1].tolist()) for one in lessons if one}
+    assert len(told) == 5
+
+
 @pytest.mark.parametrize(("trigger", "plane"), [("plane", 1.2), ("distance", 1.2), ("plane", 3.3)])
 def test_a_lesson_begins_where_the_players_own_trigger_lies(trigger, plane):
     asked = PlayerSettings(trigger=trigger, plane_distance=plane)

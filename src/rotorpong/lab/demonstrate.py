@@ -5,6 +5,7 @@ simulator with whatever eyes and camera are asked for gives the ball's state at 
 navdata of the motion: a lesson. The label is what navdata say, never the truth.
 """
 
+import functools
 from collections.abc import Callable, Sequence
 from dataclasses import astuple, replace
 
@@ -13,6 +14,7 @@ import numpy as np
 from rotorpong.conventions import InputError, RotorpongError
 from rotorpong.drone import BallEstimate, Eyes, VelocityCommand
 from rotorpong.experience import Demonstration
+from rotorpong.lab.player_settings import PlayerSettings
 from rotorpong.lab.seeds import trial_generators
 from rotorpong.lab.spec import Spec
 from rotorpong.lab.trial import new_drone, stage_of
@@ -65,20 +67,10 @@ def replay(demonstration: Demonstration, spec: Spec) -> Lesson | None:
     """
     if dict(demonstration.spec) != FLOWN:
         raise InputError(f"demonstration flown on {dict(demonstration.spec)}: expected {FLOWN}")
-    flown = replace(spec, vehicle="tum_gazebo", serves="human", seed=demonstration.seed)
-    tape = [(row[0], VelocityCommand(*row[1:])) for row in demonstration.commands.tolist()]
-    drone = _drone(flown, demonstration.trial, tape)
-    odometer, trigger = _watch(drone, flown.make_eyes(drone), flown.player_settings.of_paper())
-    verdict = drone.verdict()
-    if verdict.contact_time is None:
-        raise InputError(
-            f"demonstration {demonstration.trial} of seed {demonstration.seed} no longer hits: "
-            "it was recorded with another version of the simulator"
-        )
-    if trigger is None or trigger.time >= verdict.contact_time:
-        return None
-    ball = np.concatenate([trigger.position, trigger.velocity])
-    return Lesson(ball, odometer.path(trigger.time, verdict.contact_time), reward_of(verdict))
+    pupil = _pupil(spec, demonstration.seed)
+    contents = tuple(pupil.contents().items())
+    commands = tuple(map(tuple, demonstration.commands.tolist()))
+    return _replayed(pupil, contents, demonstration.trial, commands)
 
 
 def lessons_of(
@@ -91,6 +83,42 @@ def lessons_of(
         if progress is not None:
             progress(done, len(demonstrations))
     return tuple(lesson for lesson in lessons if lesson is not None)
+
+
+def _pupil(spec: Spec, seed: int) -> Spec:
+    """Return what a spec says of who watches a demonstration of this seed, and nothing else."""
+    asked = spec.player_settings
+    return Spec(
+        eyes=spec.eyes,
+        camera=spec.camera_profile(),
+        seed=seed,
+        racket=spec.racket,
+        ball=spec.ball,
+        eye_settings=spec.eye_settings,
+        player_settings=PlayerSettings(trigger=asked.trigger, plane_distance=asked.plane_distance),
+    )
+
+
+@functools.lru_cache(maxsize=256)  # every training and evaluation begins with the same ten
+def _replayed(
+    pupil: Spec,
+    contents: tuple[tuple[str, str], ...],
+    trial: int,
+    commands: tuple[tuple[float, ...], ...],
+) -> Lesson | None:
+    """Return what a pupil learns from these commands; `contents` are of its files."""
+    drone = _drone(pupil, trial, [(row[0], VelocityCommand(*row[1:])) for row in commands])
+    odometer, trigger = _watch(drone, pupil.make_eyes(drone), pupil.player_settings.of_paper())
+    verdict = drone.verdict()
+    if verdict.contact_time is None:
+        raise InputError(
+            f"demonstration {trial} of seed {pupil.seed} no longer hits: "
+            "it was recorded with another version of the simulator"
+        )
+    if trigger is None or trigger.time >= verdict.contact_time:
+        return None
+    ball = np.concatenate([trigger.position, trigger.velocity])
+    return Lesson(ball, odometer.path(trigger.time, verdict.contact_time), reward_of(verdict))
 
 
 def _demonstration(seed: int, trial: int) -> Demonstration | None:

@@ -133,6 +133,8 @@ def _learning(told: Told) -> Iterator[Claim]:
     before, after = ("fig7b", first("vision", told)), ("fig7b", last("vision", told))
     learnt = ("V", "successful hits learnt from")
     yield _claim(told, learnt, 170.0, (*after, "own_hits"), 0)
+    fired = told.setting("fig7b", "balls_per_seed")
+    yield Claim("V", "balls fired at the robot (ours: with each seed)", 100.0, fired, "fig7b", 0)
     untrained = ("V", "hits before learning, simulated (told of the robot), %")
     yield _claim(told, untrained, fig7b.ROBOT_PERCENT, (*before, HIT_PERCENT), 1)
     trained = ("VI", "hits after learning, simulated, %")
