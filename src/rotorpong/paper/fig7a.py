@@ -44,7 +44,7 @@ TITLE = "Fig. 7a: error of the predicted hitting point against samples, by lambd
 OWN_HITS, FEW_OWN_HITS = (0, 10, 20, 40, 70, 100, 130, 160), (0, 3, 6)
 RUNS, FEW_RUNS = 5, 2  # training runs, each tested on the hits of the next
 SERVES, FEW_SERVES = 100, 10  # of each run's seed, for `place`
-LAMBDAS = tuple(sorted({0.0005, 0.002, 0.02, 0.2, PaperSettings().regularization}))  # m^2
+LAMBDAS = tuple(sorted({0.0005, 0.002, 0.02, 0.2, 2.0, PaperSettings().regularization}))  # m^2
 LABELS = ("commanded", "achieved")
 ERRORS = ("label", "place")
 SECONDS_PER_HIT = {"truth": 0.01, "vision": 0.04}
@@ -225,7 +225,7 @@ def _figure(lines: Sequence[Line]) -> Figure:
 
 
 def _curves(axes: Axes, kind: str, lines: Sequence[Line]) -> None:
-    strokes = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)))
+    strokes = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (1, 4)))
     for line in lines:
         eyes, _, lam = line.label.split(", ")
         at = [f"lambda {one:g}" for one in LAMBDAS].index(lam)
