@@ -6,7 +6,7 @@ from typing import Any
 
 from tyro.conf import FlagCreatePairsOff, Positional
 
-from rotorpong.cli.common import Common, compile_kernels, progress_bar, say, within_cores
+from rotorpong.cli.common import Common, compile_kernels, progress_bar, say, show, within_cores
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,6 +32,7 @@ class Reproduce(Common):
         from rotorpong.paper import reproduce
         from rotorpong.paper.findings import Scale
         from rotorpong.paper.reproduce import chosen_items
+        from rotorpong.paper.tables import results_tables
 
         chosen_items(self.what)
         require_count("workers", self.workers, 0)
@@ -45,5 +46,6 @@ class Reproduce(Common):
                 progress=advance,
             )
         if not self.json:
+            show(results_tables(results))
             say(f"numbers and figures: {self.out / 'page.html'}")
         return results

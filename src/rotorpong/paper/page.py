@@ -55,6 +55,20 @@ def html_page(page: str, pictures: Mapping[str, bytes]) -> str:
     )
 
 
+def cell(values: Mapping[str, Any], column: Column) -> str:
+    """Return a value of a line as it is shown, its deviation or interval beside it."""
+    value = values.get(column.key)
+    if value is None:
+        return UNKNOWN
+    shown = _rounded(value, column.digits)
+    if (sd := values.get(f"{column.key}_sd")) is not None:
+        shown += f" ± {sd:.{column.digits}f}"
+    if (bounds := values.get(f"{column.key}_interval")) is not None:
+        low, high = bounds
+        shown += f" ({low:.{column.digits}f} to {high:.{column.digits}f})"
+    return shown
+
+
 def _section(found: Mapping[str, Any]) -> Iterator[str]:
     title = found["title"]
     yield f"## {title}\n"
@@ -76,21 +90,8 @@ def _table(found: Mapping[str, Any]) -> Iterator[str]:
     for whose in ("paper", "ours"):
         for label, values in found[whose].items():
             name = f"**{whose}**: {label}" if label else f"**{whose}**"
-            yield " | ".join([f"| {name}", *(_cell(values, c) for c in columns), ""]).strip()
+            yield " | ".join([f"| {name}", *(cell(values, c) for c in columns), ""]).strip()
     yield ""
-
-
-def _cell(values: Mapping[str, Any], column: Column) -> str:
-    value = values.get(column.key)
-    if value is None:
-        return UNKNOWN
-    shown = _rounded(value, column.digits)
-    if (sd := values.get(f"{column.key}_sd")) is not None:
-        shown += f" ± {sd:.{column.digits}f}"
-    if (bounds := values.get(f"{column.key}_interval")) is not None:
-        low, high = bounds
-        shown += f" ({low:.{column.digits}f} to {high:.{column.digits}f})"
-    return shown
 
 
 def _rounded(value: float, digits: int) -> str:

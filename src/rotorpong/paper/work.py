@@ -85,7 +85,8 @@ def state() -> str:
 
 def _piece(base: Path, item: str, job: Job) -> Piece:
     runs = tuple(_run(base, training) for training in job.trainings)
-    words = (job.function.__module__, job.function.__qualname__, job.arguments, runs)
+    named = (job.function.__module__, job.function.__qualname__)
+    words = (named, job.arguments, [run.name for run in runs])
     name = re.sub(r"[^a-z0-9]+", "-", job.key.lower()).strip("-")
     return Piece(job, base / item / f"{name}-{_digest(words)}.json", runs)
 
