@@ -141,6 +141,12 @@ EXAMPLES = (
         "rotorpong evaluate --eyes truth --balls 50 --control closed-loop",
     ),
     (
+        "Tables and figures of the paper, each number beside ours: here one of them. `all` takes "
+        "20 minutes, `all --quick` one and a half, and gives the page [The paper, "
+        "reproduced](paper/page.md); what was interrupted goes on where it was.",
+        "rotorpong reproduce fig6 --quick --out reproduced",
+    ),
+    (
         "The frozen benchmark, here only the first twenty balls of each cell. Without `--quick`, "
         "and with `--out FILE.json`, it gives what the [leaderboard](leaderboard.md) takes; what "
         "was interrupted goes on with `--resume`.",
