@@ -26,7 +26,7 @@ def test_json_is_keyed_by_item_and_is_what_the_folder_holds(here, capfd):
     status, out, err = ask(capfd, *line)
     assert status == 0
     assert "Fig. 5" in out
-    assert "paper: a figure without numbers" in out
+    assert "0.068" in out
     assert "page.html" in err
 
 
