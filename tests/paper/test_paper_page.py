@@ -1,9 +1,14 @@
 """The page of a reproduction."""
 
+import io
+
 import cv2
 import numpy as np
+import pytest
+from rich.console import Console
 
 from rotorpong.paper.page import html_page, markdown_page
+from rotorpong.paper.tables import ResultsTables
 
 PNG = cv2.imencode(".png", np.zeros((2, 3, 3), np.uint8))[1].tobytes()
 FOUND = {
@@ -52,3 +57,13 @@ def test_the_html_page_is_whole_in_itself():
     assert "<table>" in page
     assert 'src="it.png' not in page
     assert "http" not in page.replace("http-equiv", "")
+
+
+@pytest.mark.parametrize("width", [30, 60, 200])
+def test_on_a_terminal_of_any_width_every_number_can_be_read(width):
+    console = Console(width=width, file=io.StringIO())
+    console.print(ResultsTables({"it": FOUND}))
+    shown = " ".join(console.file.getvalue().split())
+    for number in ("0.77", "1.23 ± 0.50", "3e-09"):
+        assert number in shown
+    assert "…" not in shown

@@ -32,7 +32,7 @@ class Reproduce(Common):
         from rotorpong.paper import reproduce
         from rotorpong.paper.findings import Scale
         from rotorpong.paper.reproduce import chosen_items
-        from rotorpong.paper.tables import results_tables
+        from rotorpong.paper.tables import ResultsTables
 
         chosen_items(self.what)
         require_count("workers", self.workers, 0)
@@ -46,6 +46,6 @@ class Reproduce(Common):
                 progress=advance,
             )
         if not self.json:
-            show(results_tables(results))
+            show(ResultsTables(results))
             say(f"numbers and figures: {self.out / 'page.html'}")
         return results

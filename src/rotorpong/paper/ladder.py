@@ -193,10 +193,10 @@ def _figure(steps: Sequence[Rung], values: Values) -> Figure:
         for height, rung in enumerate(steps):
             _bar(axes, height, rung, values[rung.label])
         axes.axvline(30.0, color=COLOURS["paper"], linestyle=":", linewidth=1.2)
-        axes.annotate("the paper's 30 %", (30.0, len(steps) - 0.5), (4, -4), fontsize=8,
+        axes.annotate("the paper's 30 %", (30.0, len(steps) - 0.35), (4, 0), fontsize=8,
                       textcoords="offset points", color=COLOURS["paper"])  # fmt: skip
         axes.set_yticks(range(len(steps)), [_name(rung) for rung in steps])
-        axes.set(xlim=(0.0, 112.0), ylim=(-0.6, len(steps)), xlabel="hits, % (95 % interval)")
+        axes.set(xlim=(0.0, 112.0), ylim=(-0.6, len(steps) + 0.1), xlabel="hits, % (95 % interval)")
         axes.set_xticks(range(0, 101, 20))
         axes.grid(visible=False, axis="y")
     return figure
