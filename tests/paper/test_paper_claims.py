@@ -27,7 +27,8 @@ def _curve(label, *percents):
         f"{label}, {mark}": {
             "own_hits": mark,
             "hit_percent": percent,
-            "near_hit_percent": 9.0,
+            "near_hit_percent": 1.0,
+            "near_percent": 9.0,
             "hull_percent": 44.0,
         }
         for mark, percent in zip((0, 40, 170), percents, strict=True)

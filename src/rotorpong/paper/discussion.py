@@ -255,7 +255,10 @@ def _reach(told: Told) -> str:
     if near is None:
         return said
     most = "most are" if near > 50.0 else "most are not"
-    return f"{said} Near-hits are {near:.0f} % of what vision misses after learning: {most}."
+    return (
+        f"{said} Near-hits, on the hull or not, are {near:.0f} % of what vision misses after "
+        f"learning: {most}."
+    )
 
 
 def _not_expectable(told: Told) -> str:

@@ -87,9 +87,9 @@ def last(label: str, told: Told) -> str:
 
 
 def near_of_misses(told: Told) -> float | None:
-    """Return the share of near-hits among what vision misses after learning, per cent."""
+    """Return how many of the misses of vision, at the end, are near-hits, per cent."""
     line = last("vision", told)
-    near = told.value(("fig7b", line, "near_hit_percent"))
+    near = told.value(("fig7b", line, fig7b.NEAR))
     hits = told.value(("fig7b", line, HIT_PERCENT))
     return None if near is None or hits is None or hits >= 100.0 else 100.0 * near / (100.0 - hits)
 
