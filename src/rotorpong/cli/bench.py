@@ -19,7 +19,7 @@ class Bench(Common):
     """world: the simulator. eyes: how well a ball is measured, followed and predicted. primitives:
     how fast and how exactly motions are fitted and rolled out. learning: how well, how exactly and
     how fast is learnt where to hit, and with which primitive. control: how exactly motions are
-    flown. players: who hits how many of the same balls, and how that grows with learning (over ten
+    flown. players: who hits how many of the same balls, and how that grows with learning (five
     minutes)."""
 
     peers: FlagCreatePairsOff[bool] = False

@@ -3,8 +3,8 @@
 Every player meets the same human serves with the paper's eyes (the oracle with true states: it is
 the bound). Those that learn train on their own hits first, each with the same training balls, and
 are measured with the first 0, 40 and 170 of these hits. Rates are in per cent, with Wilson's 95 %
-interval. More than ten minutes with two cores; with --quick one minute, and far too few balls
-to tell players apart.
+interval. Five minutes with two cores; with --quick one minute, and far too few balls to tell
+players apart.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -14,6 +14,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import matplotlib as mpl
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -31,6 +32,7 @@ from rotorpong.lab.workers import cores, in_workers
 PAPERS = "paper, labels commanded"
 GOAL = 30.0  # % that the paper's player is to hit after the last of the hits
 FIGURE = "learning_curves.png"
+APART, QUIET = 1.5, "#888888"  # own hits; colour of those that do not learn
 ACHIEVED = PlayerSettings(labels="achieved")
 WIDE = PlayerSettings(length_scale=12.0, regularization=0.002)
 """The kernel reaches over all serves that come, and a label is as noisy as the blade is large."""
@@ -147,24 +149,35 @@ def until(trials: Sequence[Trial], hits: int) -> tuple[Trial, ...]:
 
 
 def learning_curves(curves: dict[str, Curve]) -> Figure:
-    """Draw hit rates over own hits, those that do not learn as dashed lines."""
+    """Draw hit rates over own hits; those that do not learn are told below, and drawn if they fit.
+
+    Points of several players are drawn a little apart, so that their intervals can be seen.
+    """
+    learnt = {name: curve for name, curve in curves.items() if len(curve) > 1}
+    levels = {name: curve[0].percent[0] for name, curve in curves.items() if len(curve) == 1}
     with mpl.rc_context(STYLE):  # pyright: ignore[reportArgumentType]
-        figure = Figure(figsize=(6.4, 4.0), layout="constrained")
+        figure = Figure(figsize=(7.2, 5.2), layout="constrained")
         FigureCanvasAgg(figure)
         axes = figure.subplots()
-        for name, curve in curves.items():
-            rates = [standing.percent for standing in curve]
-            if len(curve) == 1:
-                axes.axhline(rates[0][0], label=name, linestyle="--", linewidth=1.0)
-                continue
-            bars = [[rate - low, high - rate] for rate, (low, high) in rates]
-            at, heights = [standing.own_hits for standing in curve], [rate for rate, _ in rates]
-            axes.errorbar(at, heights, list(zip(*bars, strict=True)), label=name, capsize=3)
-        axes.set_xlabel("own hits learnt from")
-        axes.set_ylabel("hit rate, % (Wilson's 95 % interval)")
-        axes.set_ylim(bottom=0.0)
-        axes.legend(frameon=False)
+        for k, (name, curve) in enumerate(learnt.items()):
+            _draw(axes, name, curve, aside=APART * (k - 0.5 * (len(learnt) - 1)))
+        _, top = axes.get_ylim()
+        for name, level in levels.items():
+            shade = QUIET if level < top else "none"
+            axes.axhline(
+                min(level, top), color=shade, linestyle="--", label=f"{name}: {level:.1f} %"
+            )
+        axes.set(xlabel="own hits learnt from", ylabel="hit rate, % (Wilson's 95 % interval)")
+        axes.set_ylim(0.0, top)
+        figure.legend(frameon=False, loc="outside lower center", ncols=2)
         return figure
+
+
+def _draw(axes: Axes, name: str, curve: Curve, *, aside: float) -> None:
+    rates = [standing.percent for standing in curve]
+    bars = [[rate - low, high - rate] for rate, (low, high) in rates]
+    at, heights = [standing.own_hits + aside for standing in curve], [rate for rate, _ in rates]
+    axes.errorbar(at, heights, list(zip(*bars, strict=True)), label=name, capsize=2, fmt="o-", ms=4)
 
 
 def _curves(everybody: Sequence[Entrant], size: Size, workers: int) -> Iterator[Curve]:
