@@ -68,10 +68,10 @@ def test_curves_are_drawn_with_their_intervals():
         "still": (Standing(0, 1, 20),),
         "learns": (Standing(0, 2, 20), Standing(9, 8, 20)),
     }
-    axes = player_rows.learning_curves(curves).axes[0]
-    labels = [text.get_text() for text in axes.get_legend().get_texts()]
-    assert sorted(labels) == ["learns", "still"]
-    (drawn,) = axes.containers
+    figure = player_rows.learning_curves(curves)
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert sorted(labels) == ["learns", "still: 5.0 %"]
+    (drawn,) = figure.axes[0].containers
     assert list(drawn.lines[0].get_xdata()) == [0, 9]
     assert list(drawn.lines[0].get_ydata()) == [10.0, 40.0]
 
