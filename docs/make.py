@@ -142,7 +142,7 @@ EXAMPLES = (
     ),
     (
         "Tables and figures of the paper, each number beside ours: here one of them. `all` takes "
-        "20 minutes, `all --quick` one and a half, and gives the page [The paper, "
+        "23 minutes, `all --quick` one and a half, and gives the page [The paper, "
         "reproduced](paper/page.md); what was interrupted goes on where it was.",
         "rotorpong reproduce fig6 --quick --out reproduced",
     ),
