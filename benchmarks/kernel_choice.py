@@ -32,7 +32,7 @@ def main() -> None:
     warm_up()
     pairs = list(product(LENGTHS, LAMBDAS))
     tasks = [(*pair, seed, hits, balls) for pair in pairs for seed in SEEDS]
-    answers = in_workers(measured, tasks, workers=cores(), begin=int, arguments=())
+    answers = in_workers(measured, tasks, workers=cores())
     for length, strength in pairs:
         won, thrown = zip(*(next(answers) for _ in SEEDS), strict=True)
         rate = 100.0 * sum(won) / (balls * len(SEEDS))

@@ -27,8 +27,8 @@ def in_workers(
     tasks: Sequence[Task],
     *,
     workers: int,
-    begin: Callable[..., None],
-    arguments: tuple[Any, ...],
+    begin: Callable[..., None] | None = None,
+    arguments: tuple[Any, ...] = (),
 ) -> Iterator[Answer]:
     """Yield what `function` returns for each task, in the order of the tasks.
 
@@ -36,7 +36,7 @@ def in_workers(
         function: of a module, as the workers import it.
         tasks: its arguments, one each.
         workers: processes.
-        begin: called with `arguments` in each worker before its first task.
+        begin: called with `arguments` in each worker before its first task; None: nothing is.
         arguments: see `begin`.
 
     Raises:
@@ -83,13 +83,14 @@ def cores() -> int:
 _broken: Exception | None = None  # what `begin` raised in this worker
 
 
-def _begin(begin: Callable[..., None], arguments: tuple[Any, ...]) -> None:
+def _begin(begin: Callable[..., None] | None, arguments: tuple[Any, ...]) -> None:
     """Begin; an error is kept for the first task, as here the pool would only print and break."""
     global _broken
     threading.Thread(target=_leave_with_parent, daemon=True).start()
     sys.stdout = sys.stderr
     try:
-        begin(*arguments)
+        if begin is not None:
+            begin(*arguments)
     except Exception as error:  # noqa: BLE001 - whatever it is, the parent shall have it
         _broken = error
 

@@ -17,12 +17,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
 from numpy import ndarray
 
-from rotorpong.conventions import BALL_RADIUS, CAMERA_FROM_BODY_AXES, TABLE_HALF_LENGTH
+from rotorpong.conventions import CAMERA_FROM_BODY_AXES, TABLE_HALF_LENGTH
 from rotorpong.drone import HOVER
 from rotorpong.lab.spec import Spec
 from rotorpong.lab.trial import new_drone, stage_of
 from rotorpong.paper.findings import Answers, Column, Findings, Job, Line, Scale
 from rotorpong.paper.ink import COLOURS, drawing
+from rotorpong.paper.tally import arrival
 from rotorpong.play.paper import PaperSettings
 from rotorpong.world.contact import TICK
 from rotorpong.world.racket import HOME_BLADE, HOME_BODY, Racket
@@ -71,7 +72,7 @@ def watched(spec: Spec, serves: int) -> dict[str, Any]:
                     place, _ = drone.ball_in_camera(estimate.time)
                     fired[trigger] = (estimate.time, place.tolist())
         path = drone.truth().ball_path
-        there = _arrival(path)
+        there = TICK * arrival(path)
         for trigger, at in fired.items():
             found[trigger].append(None if at is None else [there - at[0], *at[1]])
         if index < DRAWN:
@@ -102,12 +103,6 @@ def findings(scale: Scale, answers: Answers) -> Findings:
         "nearer than 2.5 m, so with exact states on average half a frame late. The two differ by "
         "less than the paper's eyes err: their whole-pixel diameter decides when either fires.",
     )
-
-
-def _arrival(path: Float[ndarray, "n 3"]) -> float:
-    """Return when the ball is at the blade's plane, or on the drone, s."""
-    passed = np.flatnonzero(path[:, 0] < HOME_BLADE[0] + BALL_RADIUS)
-    return TICK * (int(passed[0]) if len(passed) else len(path) - 1)
 
 
 def _numbers(rows: Sequence[Any]) -> dict[str, Any]:

@@ -98,7 +98,7 @@ def findings(scale: Scale, answers: Answers) -> Findings:
     return Findings(
         columns=(
             Column("hit_percent", "hits, %", 1),
-            Column("near_percent", "near-hits, %", 1),
+            Column("near_hit_percent", "near-hits, %", 1),
             Column("skill", "skill", 2),
             Column("points", "gain, points", 1),
             Column("won", "balls won", 0),

@@ -50,7 +50,7 @@ def shares(played: dict[str, Any]) -> dict[str, Any]:
         "hits": hits,
         "hit_percent": 100.0 * hits / balls,
         "hit_percent_interval": [100.0 * low, 100.0 * high],
-        "near_percent": 100.0 * kinds.count("near_hit") / balls,
+        "near_hit_percent": 100.0 * kinds.count("near_hit") / balls,
         "reachable_percent": 100.0 * sum(played["reachable"]) / balls,
         "training_balls": played["training_balls"],
         "training_hits": played["training_hits"],

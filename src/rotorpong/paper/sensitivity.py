@@ -102,7 +102,7 @@ def findings(scale: Scale, answers: Answers) -> Findings:
             Column("won", "balls won", 0),
             Column("lost", "balls lost", 0),
             Column("p_value", "McNemar's p", 3),
-            Column("near_percent", "near-hits, %", 1),
+            Column("near_hit_percent", "near-hits, %", 1),
             Column("hover_percent", "who hovers, %", 1),
             Column("skill", "skill", 2),
             Column("training_balls", "training balls", 0),

@@ -9,7 +9,6 @@ where the drone was when the motion began.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any, get_args
 
 import numpy as np
@@ -71,8 +70,8 @@ def findings(scale: Scale, answers: Answers) -> Findings:
         setting={
             "runs": scale.of(RUNS, FEW),
             "commands per s": 30,
-            "one motion": "3 cm right, 12 cm up, 25 cm forward in 0.8 s",
-            "spread set": "15 cm aside, 5 cm up or down, in 0.5, 0.75 and 1.0 s, ending at rest",
+            "one motion": "in all runs 3 cm right, 12 cm up, 25 cm forward in 0.8 s",
+            "spread set": "once each 15 cm aside, 5 cm up or down, in 0.5, 0.75, 1.0 s, to rest",
         },
         figures={"table2": _figure(answers)},
         remarks=_remarks(answers),
@@ -87,8 +86,7 @@ def _tasks(which: str, runs: int) -> Sequence[Task]:
     dmp = even_mixture()
     if which == "one motion":
         return (small_aside(dmp),) * runs
-    aside = tasks_aside(dmp, ASIDE, DURATIONS)
-    return [replace(aside[run % len(aside)]) for run in range(max(runs, len(aside)))]
+    return tasks_aside(dmp, ASIDE, DURATIONS)
 
 
 def _numbers(answer: dict[str, Any]) -> dict[str, Any]:

@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
 
 from rotorpong.conventions import BALL_RADIUS
 from rotorpong.drone import Player
@@ -63,10 +65,14 @@ def is_near(played: Played) -> bool:
 
 def moved(played: Played) -> float:
     """Return how far the blade had gone, right or left and up or down, when the ball came, m."""
-    blade, ball = played.truth.blade_path, played.truth.ball_path
-    there = np.flatnonzero(ball[:, 0] < HOME_BLADE[0] + BALL_RADIUS)
-    at = int(there[0]) if len(there) else len(blade) - 1
+    blade, at = played.truth.blade_path, arrival(played.truth.ball_path)
     return float(np.linalg.norm((blade[at] - blade[0])[1:]))
+
+
+def arrival(path: Float[ndarray, "n 3"]) -> int:
+    """Return the tick at which a ball is at the blade's plane of home, or its path ends before."""
+    passed = np.flatnonzero(path[:, 0] < HOME_BLADE[0] + BALL_RADIUS)
+    return int(passed[0]) if len(passed) else len(path) - 1
 
 
 def percent(tallies: Sequence[dict[str, Any]], what: str = "hits") -> float:

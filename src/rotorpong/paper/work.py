@@ -118,11 +118,7 @@ def _seconds(piece: Piece) -> float:
 def _each(todo: Sequence[Piece], workers: int) -> Iterator[None]:
     if workers < 2:
         return map(_work, todo)
-    return in_workers(_work, todo, workers=workers, begin=_ready, arguments=())
-
-
-def _ready() -> None:
-    """Need nothing before the first piece."""
+    return in_workers(_work, todo, workers=workers)
 
 
 def _work(piece: Piece) -> None:

@@ -184,15 +184,11 @@ def _curves(everybody: Sequence[Entrant], size: Size, workers: int) -> Iterator[
     tasks = [(one, size) for one in everybody]
     if workers == 1:
         return map(_measured, tasks)
-    return in_workers(_measured, tasks, workers=workers, begin=_ready, arguments=())
+    return in_workers(_measured, tasks, workers=workers)
 
 
 def _measured(task: tuple[Entrant, Size]) -> Curve:
     return curve_of(*task)
-
-
-def _ready() -> None:
-    """Need nothing before the first task."""
 
 
 def _standing(entrant: Entrant, known: Knowledge, own_hits: int, balls: int) -> Standing:
